@@ -1,0 +1,84 @@
+/// \file
+/// Matrix types and the dense decompositions, compiled once in linalg.cpp (each costs seconds a translation unit).
+/// Convention of the whole project: signals are stored one column a sample.
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+
+namespace wheelhop {
+
+using Index = Eigen::Index;
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+using ComplexMatrix = Eigen::MatrixXcd;
+using ComplexVector = Eigen::VectorXcd;
+using MatrixRef = Eigen::Ref<Matrix>;
+using VectorRef = Eigen::Ref<Vector>;
+using ConstMatrixRef = Eigen::Ref<const Matrix>;
+using ConstVectorRef = Eigen::Ref<const Vector>;
+
+struct Svd {
+  Matrix U;  ///< m x r, orthonormal columns
+  Vector s;  ///< r = min(m, n), descending
+  Matrix V;  ///< n x r, orthonormal columns
+};
+
+/// Thin singular value decomposition M = U diag(s) V'. Cost O(m n min(m, n)).
+Svd svd(ConstMatrixRef M);
+
+/// Eigenvalues of a real square matrix, unordered.
+ComplexVector eigenvalues(ConstMatrixRef A);
+
+/// Largest modulus of an eigenvalue of A (n x n); 0 for an empty matrix, NaN if A is not finite.
+double spectral_radius(ConstMatrixRef A);
+
+struct Spectrum {
+  ComplexVector values;   ///< n
+  ComplexMatrix vectors;  ///< n x n, one column an eigenvector
+};
+
+/// Eigenvalues and right eigenvectors of a real square matrix.
+Spectrum eigen_decomposition(ConstMatrixRef A);
+
+struct SymmetricEigen {
+  Vector values;   ///< ascending
+  Matrix vectors;  ///< orthonormal columns
+};
+
+/// Eigen-decomposition of a symmetric matrix (the lower triangle is read).
+SymmetricEigen symmetric_eigen(ConstMatrixRef S);
+
+struct LeastSquares {
+  Matrix x;                  ///< n x k minimiser of ||A x - b||; minimum-norm on the numerical null space
+  Index rank = 0;            ///< numerical rank of the column-scaled A
+  double condition = 0;      ///< ratio of the largest to the smallest pivot kept
+  double residual_norm = 0;  ///< Frobenius norm of A x - b
+};
+
+/// Least squares by complete orthogonal decomposition with columns scaled to unit norm first.
+/// @param A m x n, m >= n   @param b m x k   @param tolerance relative pivot below which a direction is dropped.
+LeastSquares least_squares(ConstMatrixRef A, ConstMatrixRef b, double tolerance = 1e-12);
+
+/// Upper triangular factor (n x n) of the QR decomposition of A (m x n, m >= n), diagonal made non-negative.
+Matrix qr_upper(ConstMatrixRef A);
+
+/// Solution of A X = B by partially pivoted LU (A n x n, B n x k).
+Matrix solve(ConstMatrixRef A, ConstMatrixRef B);
+
+/// Lower Cholesky factor of a symmetric positive definite matrix; an empty matrix if S is not positive definite.
+Matrix cholesky_lower(ConstMatrixRef S);
+
+/// Symmetric square root T of a positive semidefinite S: S = T T. Negative round-off eigenvalues count as zero.
+Matrix symmetric_sqrt(ConstMatrixRef S);
+
+/// Matrix exponential.
+Matrix matrix_exponential(ConstMatrixRef A);
+
+/// True if every entry is finite.
+template <class Derived>
+bool all_finite(const Eigen::DenseBase<Derived>& M) {
+  return M.derived().array().isFinite().all();
+}
+
+}  // namespace wheelhop

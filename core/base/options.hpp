@@ -1,0 +1,93 @@
+/// \file
+/// One JSON object <-> one options struct. A struct lists its fields once, in
+/// `template <class V> void fields(V&& visit)`, as `visit(name, field, Range{...}, unit, meaning)`; reading, writing,
+/// range check and help all come from that list. Field types: double, Index, bool, std::string.
+/// A string field may have a list of choices: `visit(name, field, Choices{...}, meaning)`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/json.hpp"
+
+namespace wheelhop {
+
+struct Choices {
+  std::vector<std::string> names;
+};
+
+/// What `wheelhop list` and the help print about one option.
+struct OptionInfo {
+  std::string name;
+  Json fallback;
+  std::string unit;
+  std::string range;
+  std::string meaning;
+};
+
+namespace detail {
+
+struct OptionReader {
+  const JsonCursor& cursor;
+  void operator()(const char* name, double& field, Range range, const char*, const char*) {
+    field = cursor.number(name, field, range);
+  }
+  void operator()(const char* name, Index& field, Range range, const char*, const char*) {
+    field = cursor.integer(name, field, static_cast<Index>(range.low), static_cast<Index>(range.high));
+  }
+  void operator()(const char* name, bool& field, const char*) { field = cursor.boolean(name, field); }
+  void operator()(const char* name, std::string& field, const Choices& choices, const char*) {
+    if (auto member = cursor.find(name)) field = member->one_of(choices.names);
+  }
+};
+
+struct OptionWriter {
+  Json out = Json::object();
+  void operator()(const char* name, double& field, Range, const char*, const char*) { out[name] = field; }
+  void operator()(const char* name, Index& field, Range, const char*, const char*) { out[name] = field; }
+  void operator()(const char* name, bool& field, const char*) { out[name] = field; }
+  void operator()(const char* name, std::string& field, const Choices&, const char*) { out[name] = field; }
+};
+
+struct OptionLister {
+  std::vector<OptionInfo> out;
+  static std::string text(Range range);
+  void operator()(const char* name, double& field, Range range, const char* unit, const char* meaning) {
+    out.push_back({name, field, unit, text(range), meaning});
+  }
+  void operator()(const char* name, Index& field, Range range, const char* unit, const char* meaning) {
+    out.push_back({name, field, unit, text(range), meaning});
+  }
+  void operator()(const char* name, bool& field, const char* meaning) {
+    out.push_back({name, field, "-", "true or false", meaning});
+  }
+  void operator()(const char* name, std::string& field, const Choices& choices, const char* meaning);
+};
+
+}  // namespace detail
+
+/// Reads the fields present in `cursor` over their defaults. Keys that no field claims are left for `cursor.done()`.
+template <class Options>
+Options read_options(const JsonCursor& cursor, Options options = {}) {
+  detail::OptionReader reader{cursor};
+  options.fields(reader);
+  return options;
+}
+
+/// The effective options, defaults filled in.
+template <class Options>
+Json write_options(Options options) {
+  detail::OptionWriter writer;
+  options.fields(writer);
+  return writer.out;
+}
+
+/// Name, default, unit, range and meaning of every field.
+template <class Options>
+std::vector<OptionInfo> describe_options(Options options = {}) {
+  detail::OptionLister lister;
+  options.fields(lister);
+  return lister.out;
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,31 @@
+/// \file
+/// The value every method works on: a uniformly sampled multi-channel record.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/linalg.hpp"
+
+namespace wheelhop {
+
+struct Channel {
+  std::string name;
+  std::string unit;  ///< SI unit as text, "m/s^2"; empty if the file does not say
+};
+
+/// Inputs and outputs on one time grid, one column a sample. Read-only by convention once loaded.
+struct Signal {
+  Matrix u;                      ///< m x N inputs
+  Matrix y;                      ///< p x N outputs
+  double sample_time_s = 0;      ///< > 0
+  Index skip = 0;                ///< leading samples left out of every score
+  std::vector<Channel> inputs;   ///< m
+  std::vector<Channel> outputs;  ///< p
+
+  Index samples() const { return u.cols(); }
+  Index input_count() const { return u.rows(); }
+  Index output_count() const { return y.rows(); }
+};
+
+}  // namespace wheelhop
