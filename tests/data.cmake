@@ -1,0 +1,1 @@
+# Tests of the data layer, one line a file.

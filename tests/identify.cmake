@@ -1,0 +1,1 @@
+# Tests of the identify layer, one line a file.

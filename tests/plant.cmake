@@ -1,0 +1,1 @@
+# Tests of the plant layer, one line a file.
