@@ -25,6 +25,9 @@ struct Range {
   double high = std::numeric_limits<double>::infinity();
 };
 
+/// "number in [0, 1]", "number >= 0" or "number": what a range admits, in words.
+std::string to_string(Range range);
+
 /// A cursor over one JSON value of a user's file. Copies share the record of which keys were read.
 ///
 /// Throws UserError from every read: missing key (with the nearest known name), wrong type, number out of range.
@@ -36,16 +39,17 @@ class JsonCursor {
   /// A cursor over a value that is already in memory; `source` stands for the file in messages.
   static JsonCursor from(Json value, std::string source);
 
-  bool has(std::string_view key) const;
+  bool has(std::string_view key) const;                        ///< counts as asking for the key
   JsonCursor at(std::string_view key) const;                   ///< required member
   std::optional<JsonCursor> find(std::string_view key) const;  ///< optional member
   std::vector<JsonCursor> items() const;                       ///< elements of an array
 
   double number(Range range = {}) const;  ///< finite number inside the range
+  /// Whole number in [low, high]; 4.0 counts as 4.
   Index integer(Index low = std::numeric_limits<Index>::min(), Index high = std::numeric_limits<Index>::max()) const;
   bool boolean() const;
   std::string string() const;
-  std::vector<double> numbers() const;
+  std::vector<double> numbers() const;  ///< array of finite numbers
   /// A string that must be one of `known`.
   std::string one_of(const std::vector<std::string>& known) const;
 
@@ -75,13 +79,18 @@ class JsonCursor {
   std::string path_;
 };
 
-/// Parses JSON text; UserError with `source`, line and column on a syntax error or a repeated key.
+/// Parses JSON text (RFC 8259: no comments, no NaN, no trailing comma). UserError with `source`, line and column on a
+/// syntax error, a key repeated in an object, a number beyond the range of a double, or more than 200 nested levels.
 Json parse_json(const std::string& text, const std::string& source);
 
-/// "did you mean ...": the entry of `known` nearest to `word` by edit distance, empty if none is near.
+/// "did you mean ...": the entry of `known` nearest to `word` by edit distance, empty if none is near. A name that
+/// lacks or has too much of a `_suffix` (`mass` for `mass_kg`) and one that differs in case only are near.
 std::string nearest_name(std::string_view word, const std::vector<std::string>& known);
 
-/// Columns as nested arrays, row by row; non-finite entries become null.
+/// "a, b, c" for messages.
+std::string join_names(const std::vector<std::string>& names);
+
+/// Rows as nested arrays (M(0, :) first); non-finite entries become null.
 Json to_json(ConstMatrixRef M);
 /// A matrix from nested arrays (row by row) of equal length.
 Matrix matrix_from_json(const JsonCursor& cursor);

@@ -2,7 +2,7 @@
 /// One JSON object <-> one options struct. A struct lists its fields once, in
 /// `template <class V> void fields(V&& visit)`, as `visit(name, field, Range{...}, unit, meaning)`; reading, writing,
 /// range check and help all come from that list. Field types: double, Index, bool, std::string.
-/// A string field may have a list of choices: `visit(name, field, Choices{...}, meaning)`.
+/// A string field has a list of choices: `visit(name, field, Choices{...}, meaning)`; an empty list admits any string.
 #pragma once
 
 #include <string>
@@ -27,17 +27,22 @@ struct OptionInfo {
 
 namespace detail {
 
+/// Smallest and largest whole number inside a range; an infinite end becomes the end of Index.
+Index lowest(Range range);
+Index highest(Range range);
+
 struct OptionReader {
   const JsonCursor& cursor;
   void operator()(const char* name, double& field, Range range, const char*, const char*) {
     field = cursor.number(name, field, range);
   }
   void operator()(const char* name, Index& field, Range range, const char*, const char*) {
-    field = cursor.integer(name, field, static_cast<Index>(range.low), static_cast<Index>(range.high));
+    field = cursor.integer(name, field, lowest(range), highest(range));
   }
   void operator()(const char* name, bool& field, const char*) { field = cursor.boolean(name, field); }
   void operator()(const char* name, std::string& field, const Choices& choices, const char*) {
-    if (auto member = cursor.find(name)) field = member->one_of(choices.names);
+    if (auto member = cursor.find(name))
+      field = choices.names.empty() ? member->string() : member->one_of(choices.names);
   }
 };
 

@@ -1,0 +1,143 @@
+#include "core/base/files.hpp"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <system_error>
+
+#include "core/base/status.hpp"
+
+namespace wheelhop {
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void fail(const fs::path& file, const char* action, int error) {
+  throw UserError(fmt::format("{}: cannot {}: {}", file.string(), action, std::generic_category().message(error)));
+}
+
+/// An open file descriptor that closes itself.
+class Descriptor {
+ public:
+  Descriptor(const fs::path& file, int flags) : number_(::open(file.c_str(), flags | O_CLOEXEC, 0666)) {}
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+
+  bool is_open() const { return number_ >= 0; }
+  int number() const { return number_; }
+  /// 0 or the error of close, which on a network disk is where "disk full" appears.
+  int close() {
+    const int result = ::close(number_) == 0 ? 0 : errno;
+    number_ = -1;
+    return result;
+  }
+
+ private:
+  int number_;
+};
+
+/// 0 or errno.
+int write_all(int descriptor, const std::string& content) {
+  std::size_t done = 0;
+  while (done < content.size()) {
+    const ssize_t count = ::write(descriptor, content.data() + done, content.size() - done);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return errno;
+    if (count == 0) return EIO;
+    done += static_cast<std::size_t>(count);
+  }
+  return 0;
+}
+
+/// Name beside `target` that no other process or thread uses.
+fs::path temporary_beside(const fs::path& target) {
+  static std::atomic<unsigned> counter{0};
+  fs::path result = target;
+  result.replace_filename(fmt::format(".{}.{}.{}.part", target.filename().string(), ::getpid(), counter++));
+  return result;
+}
+
+/// Writes and syncs the whole content into a new file; 0 or errno.
+int write_new_file(const fs::path& file, const std::string& content) {
+  Descriptor out(file, O_WRONLY | O_CREAT | O_TRUNC);
+  if (!out.is_open()) return errno;
+  int error = write_all(out.number(), content);
+  if (error == 0 && ::fsync(out.number()) != 0) error = errno;
+  const int closing = out.close();
+  return error != 0 ? error : closing;
+}
+
+}  // namespace
+
+std::string read_file(const fs::path& file) {
+  const Descriptor in(file, O_RDONLY);
+  if (!in.is_open()) fail(file, "read", errno);
+  struct stat info {};
+  if (::fstat(in.number(), &info) != 0) fail(file, "read", errno);
+  if (S_ISDIR(info.st_mode)) fail(file, "read", EISDIR);
+  std::string content;
+  std::size_t used = 0;
+  // The size is a hint only: pipes and /proc files report 0.
+  content.resize(static_cast<std::size_t>(info.st_size) + 1);
+  for (;;) {
+    if (used == content.size()) content.resize(2 * content.size() + 4096);
+    const ssize_t count = ::read(in.number(), content.data() + used, content.size() - used);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(file, "read", errno);
+    if (count == 0) break;
+    used += static_cast<std::size_t>(count);
+  }
+  content.resize(used);
+  return content;
+}
+
+void write_file(const fs::path& file, const std::string& content) {
+  std::error_code ignored;
+  if (file.filename().empty() || fs::is_directory(file, ignored)) fail(file, "write", EISDIR);
+  fs::path target = file;
+  if (fs::is_symlink(file, ignored) && fs::exists(file, ignored)) target = fs::canonical(file, ignored);
+  if (fs::exists(target, ignored) && !fs::is_regular_file(target, ignored)) {
+    // A device or pipe (/dev/stdout) must be written to, not replaced by a file.
+    Descriptor out(target, O_WRONLY);
+    if (!out.is_open()) fail(file, "write", errno);
+    if (const int error = write_all(out.number(), content)) fail(file, "write", error);
+    return;
+  }
+  const fs::path part = temporary_beside(target);
+  int error = write_new_file(part, content);
+  if (error == 0 && ::rename(part.c_str(), target.c_str()) != 0) error = errno;
+  if (error != 0) {
+    ::unlink(part.c_str());
+    fail(file, "write", error);
+  }
+  // The new name survives a power cut only once the folder is on disk; a file system that cannot sync folders is left
+  // be.
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  const Descriptor parent(folder, O_RDONLY | O_DIRECTORY);
+  if (parent.is_open()) ::fsync(parent.number());
+}
+
+void write_json(const fs::path& file, const Json& value) {
+  write_file(file, value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+void require_writable_folder(const fs::path& folder) {
+  const fs::path wanted = folder.empty() ? fs::path(".") : folder;
+  std::error_code error;
+  fs::create_directories(wanted, error);
+  if (error) fail(wanted, "make the folder", error.value());
+  if (!fs::is_directory(wanted, error)) fail(wanted, "make the folder", ENOTDIR);
+  const fs::path probe = temporary_beside(wanted / "probe");
+  const int outcome = write_new_file(probe, "");
+  ::unlink(probe.c_str());
+  if (outcome != 0) fail(wanted, "write into the folder", outcome);
+}
+
+}  // namespace wheelhop
