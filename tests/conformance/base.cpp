@@ -1,0 +1,276 @@
+// What a user's mistake ends in: one message that says file, place, what was expected, what was found, and the names
+// that are known. And files: whole or not at all.
+#include <signal.h>
+#include <sys/resource.h>
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <thread>
+
+#include "core/base/files.hpp"
+#include "core/base/json.hpp"
+#include "core/base/options.hpp"
+#include "core/base/status.hpp"
+#include "tests/support/folder.hpp"
+
+using namespace wheelhop;
+using Catch::Contains;
+using Catch::Equals;
+namespace fs = std::filesystem;
+
+namespace {
+
+JsonCursor cursor(const std::string& text) { return JsonCursor::from(parse_json(text, "f.json"), "f.json"); }
+
+struct Sample {
+  double gain = 2;
+  Index order = 4;
+  bool centred = true;
+  std::string method = "fast";
+  std::string label = "none";
+
+  template <class V>
+  void fields(V&& visit) {
+    visit("gain", gain, Range{0, 10}, "1", "a factor");
+    visit("order", order, Range{1}, "1", "states");
+    visit("centred", centred, "remove the mean");
+    visit("method", method, Choices{{"fast", "exact"}}, "how");
+    visit("label", label, Choices{}, "any text");
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a syntax error names the source, the line and the column of the first wrong character") {
+  CHECK_THROWS_WITH(parse_json("{\n  \"a\": 1,\n  \"b\" 2\n}", "f.json"), Contains("f.json: line 3, column 7"));
+  CHECK_THROWS_WITH(parse_json("", "f.json"), Contains("f.json: line 1, column 1"));
+  CHECK_THROWS_WITH(parse_json("[1, 2", "f.json"), Contains("line 1, column 6") && Contains("end of input"));
+  CHECK_THROWS_WITH(parse_json("[1, 2,]", "f.json"), Contains("line 1, column 7"));
+  CHECK_THROWS_WITH(parse_json("{} x", "f.json"), Contains("line 1, column 4"));
+  CHECK_THROWS_WITH(parse_json("{\"a\": 1} // note", "f.json"), Contains("line 1, column 10"));
+}
+
+TEST_CASE("numbers that are not finite are refused however they are written") {
+  for (const char* text : {"NaN", "Infinity", "-Infinity", "1e999", "-1e999", "nan", "+1", ".5", "0x10", "01"})
+    CHECK_THROWS_AS(parse_json(text, "f.json"), UserError);
+  CHECK_THROWS_WITH(parse_json("{\"a\":\n 1e999}", "f.json"), Contains("f.json: line 2") && Contains("1e999"));
+  CHECK_THROWS_WITH(JsonCursor::from(Json(std::nan("")), "memory").number(), Contains("memory: $: expected a finite"));
+}
+
+TEST_CASE("a repeated key is refused at any depth and its second place is named") {
+  CHECK_THROWS_WITH(parse_json("{\"a\": 1,\n \"a\": 2}", "f.json"),
+                    Equals("f.json: line 2, column 2: expected each key once in an object, found \"a\" again"));
+  CHECK_THROWS_WITH(parse_json("[{\"x\": {\"b\": [], \"b\": 1}}]", "f.json"),
+                    Contains("column 18") && Contains("\"b\""));
+  CHECK_THROWS_WITH(parse_json("{\"a\\\"\": 1, \"a\\\"\": 1}", "f.json"), Contains("column 12"));
+  CHECK_NOTHROW(parse_json("{\"a\": {\"a\": 1}, \"b\": {\"a\": 1}}", "f.json"));
+}
+
+TEST_CASE("hostile JSON ends in a message, never in a crash") {
+  CHECK_THROWS_AS(parse_json(std::string(1000000, '['), "f.json"), UserError);
+  CHECK_THROWS_WITH(parse_json(std::string(201, '[') + std::string(201, ']'), "f.json"), Contains("200 nested levels"));
+  CHECK_NOTHROW(parse_json(std::string(200, '[') + std::string(200, ']'), "f.json"));
+  CHECK_THROWS_AS(parse_json("\"\xff\xfe\"", "f.json"), UserError);
+  CHECK_THROWS_AS(parse_json(std::string("\0\0\0", 3), "f.json"), UserError);
+  CHECK_THROWS_AS(parse_json("\"\\ud800\"", "f.json"), UserError);
+  CHECK(parse_json("\xef\xbb\xbf{\"a\": 1}", "f.json")["a"] == 1);
+}
+
+TEST_CASE("the order of keys and every double survive writing and reading") {
+  const std::string text = "{\"z\":1,\"a\":0.1,\"m\":[1e-308,-0.0,12345678901234567,1.7976931348623157e+308]}";
+  const Json value = parse_json(text, "f.json");
+  CHECK(value.begin().key() == "z");
+  CHECK(parse_json(value.dump(), "again") == value);
+  CHECK(value.dump() == text);
+}
+
+TEST_CASE("a wrong value is named with its path, what was expected and what was found") {
+  const JsonCursor c =
+      cursor(R"({"masses": [{"mass_kg": 1}, {"mass_kg": "heavy"}], "odd key": true, "n": 3.5, "big": 1e300})");
+  CHECK_THROWS_WITH(c.at("masses").items()[1].at("mass_kg").number(),
+                    Equals("f.json: $.masses[1].mass_kg: expected a number, found \"heavy\""));
+  CHECK_THROWS_WITH(c.at("masses").items()[0].at("mass_kg").number(Range{2, 3}),
+                    Equals("f.json: $.masses[0].mass_kg: expected a number in [2, 3], found 1"));
+  CHECK_THROWS_WITH(c.at("odd key").number({0}), Contains("$[\"odd key\"]: expected a number >= 0, found true"));
+  CHECK_THROWS_WITH(c.at("n").integer(1, 9), Contains("expected a whole number in [1, 9], found 3.5"));
+  CHECK_THROWS_WITH(c.at("big").integer(), Contains("expected a whole number"));
+  CHECK_THROWS_WITH(c.at("masses").string(), Contains("expected a string, found an array of 2"));
+  CHECK_THROWS_WITH(c.items(), Contains("$: expected an array, found an object"));
+  CHECK_THROWS_WITH(c.at("n").at("x"), Contains("$.n: expected an object, found 3.5"));
+  CHECK_THROWS_WITH(c.at("n").boolean(), Contains("expected true or false"));
+}
+
+TEST_CASE("whole numbers are read exactly and refused beyond their range") {
+  CHECK(cursor("9223372036854775807").integer() == std::numeric_limits<Index>::max());
+  CHECK(cursor("-9223372036854775808").integer() == std::numeric_limits<Index>::min());
+  CHECK(cursor("4.0").integer() == 4);
+  CHECK(cursor("1e6").integer() == 1000000);
+  CHECK_THROWS_AS(cursor("9223372036854775808").integer(), UserError);
+  CHECK_THROWS_AS(cursor("1e16").integer(), UserError);
+  CHECK_THROWS_AS(cursor("-1").integer(0), UserError);
+  CHECK_THROWS_AS(cursor("\"3\"").integer(), UserError);
+}
+
+TEST_CASE("a missing key names what is there and the name that may have been meant") {
+  CHECK_THROWS_WITH(
+      cursor(R"({"masskg": 1, "name": "a"})").at("mass_kg"),
+      Equals("f.json: $: expected the key \"mass_kg\", found only: masskg, name; did you mean \"mass_kg\" "
+             "by \"masskg\"?"));
+  CHECK_THROWS_WITH(cursor("{}").at("mass_kg"), Contains("found an empty object"));
+}
+
+TEST_CASE("a key nobody asked for is refused with the known names") {
+  const JsonCursor c = cursor(R"({"mass_kg": 1, "tolerence": 0.1})");
+  c.at("mass_kg").number();
+  c.find("tolerance");
+  CHECK_THROWS_WITH(c.done(), Equals("f.json: $.tolerence: expected a known name, found \"tolerence\"; known names: "
+                                     "mass_kg, tolerance; did you mean \"tolerance\"?"));
+  c.has("tolerence");
+  CHECK_NOTHROW(c.done());
+  CHECK_THROWS_WITH(cursor("{\"a\": 1}").done(), Contains("known names: none"));
+  CHECK_THROWS_WITH(cursor("[]").done(), Contains("expected an object"));
+}
+
+TEST_CASE("copies of a cursor share what was read") {
+  const JsonCursor c = cursor(R"({"in": {"a": 1}})");
+  c.at("in").at("a");
+  CHECK_NOTHROW(c.at("in").done());
+}
+
+TEST_CASE("the nearest name forgives case, a letter and a unit suffix, and no more") {
+  const std::vector<std::string> known = {"mass_kg", "stiffness_n_per_m", "name"};
+  CHECK(nearest_name("mass", known) == "mass_kg");
+  CHECK(nearest_name("Mass_Kg", known) == "mass_kg");
+  CHECK(nearest_name("stifness_n_per_m", known) == "stiffness_n_per_m");
+  CHECK(nearest_name("nmae", known) == "name");
+  CHECK(nearest_name("x", known).empty());
+  CHECK(nearest_name("", known).empty());
+  CHECK(nearest_name("damping", known).empty());
+  CHECK(nearest_name("name", {}).empty());
+}
+
+TEST_CASE("options read over their defaults, write back what was read, and list every field") {
+  const JsonCursor c = cursor(R"({"gain": 3.5, "order": 7, "method": "exact", "label": "any thing"})");
+  const Sample options = read_options<Sample>(c);
+  c.done();
+  CHECK(options.gain == 3.5);
+  CHECK(options.order == 7);
+  CHECK(options.centred);
+  CHECK(options.label == "any thing");
+  const Json written = write_options(options);
+  CHECK(written.dump() == R"({"gain":3.5,"order":7,"centred":true,"method":"exact","label":"any thing"})");
+  CHECK(write_options(read_options<Sample>(JsonCursor::from(written, "again"))) == written);
+  const auto list = describe_options<Sample>();
+  REQUIRE(list.size() == 5);
+  CHECK(list[0].range == "[0, 10]");
+  CHECK(list[1].range == ">= 1");
+  CHECK(list[1].fallback == 4);
+  CHECK(list[2].range == "true or false");
+  CHECK(list[3].range == "fast | exact");
+  CHECK(list[4].range == "any text");
+}
+
+TEST_CASE("options out of range and unknown choices are refused with the known names") {
+  CHECK_THROWS_WITH(read_options<Sample>(cursor(R"({"gain": 11})")),
+                    Contains("$.gain: expected a number in [0, 10], found 11"));
+  CHECK_THROWS_WITH(read_options<Sample>(cursor(R"({"order": 0})")),
+                    Contains("$.order: expected a whole number >= 1, found 0"));
+  CHECK_THROWS_WITH(read_options<Sample>(cursor(R"({"method": "exakt"})")),
+                    Equals("f.json: $.method: expected a known name, found \"exakt\"; known names: fast, exact; did "
+                           "you mean \"exact\"?"));
+  CHECK_THROWS_WITH(read_options<Sample>(cursor(R"({"label": 3})")), Contains("expected a string"));
+}
+
+TEST_CASE("a matrix survives JSON and a ragged one is refused") {
+  const Matrix M = (Matrix(2, 3) << 1, 0.1, -3, 1e-300, 5, 6).finished();
+  CHECK(matrix_from_json(JsonCursor::from(to_json(M), "m")) == M);
+  CHECK(to_json((Matrix(1, 2) << 1, std::nan("")).finished()).dump() == "[[1.0,null]]");
+  CHECK_THROWS_WITH(matrix_from_json(cursor("[[1, 2], [3]]")), Contains("$[1]: expected a row of 2 numbers"));
+  CHECK_THROWS_WITH(matrix_from_json(cursor("[[1, null]]")), Contains("$[0][1]: expected a number, found null"));
+  CHECK(matrix_from_json(cursor("[]")).size() == 0);
+}
+
+TEST_CASE("reading a file that is not there, or a folder, names it and says why") {
+  const test::Folder folder;
+  CHECK_THROWS_WITH(read_file(folder / "absent.json"), Contains("absent.json: cannot read: No such file"));
+  CHECK_THROWS_WITH(read_file(folder.path()), Contains("Is a directory"));
+  CHECK_THROWS_WITH(JsonCursor::load(folder / "absent.json"), Contains("No such file"));
+  write_file(folder / "empty.json", "");
+  CHECK(read_file(folder / "empty.json").empty());
+  CHECK_THROWS_WITH(JsonCursor::load(folder / "empty.json"), Contains("empty.json: line 1, column 1"));
+  CHECK_FALSE(read_file("/proc/self/stat").empty());
+}
+
+TEST_CASE("a write replaces the whole file and leaves nothing beside it") {
+  const test::Folder folder;
+  const std::string binary("\0\x01\r\n\xff", 5);
+  write_file(folder / "a", std::string(100000, 'x'));
+  write_file(folder / "a", binary);
+  CHECK(read_file(folder / "a") == binary);
+  CHECK(folder.names() == std::vector<std::string>{"a"});
+  write_json(folder / "b.json", Json{{"x", 0.1}});
+  CHECK(read_file(folder / "b.json") == "{\n  \"x\": 0.1\n}\n");
+  CHECK(JsonCursor::load(folder / "b.json").directory() == folder.path());
+}
+
+TEST_CASE("a link is written through, not replaced") {
+  const test::Folder folder;
+  write_file(folder / "real", "old");
+  fs::create_symlink(folder / "real", folder / "link");
+  write_file(folder / "link", "new");
+  CHECK(fs::is_symlink(folder / "link"));
+  CHECK(read_file(folder / "real") == "new");
+}
+
+TEST_CASE("a failed write keeps the old file, leaves nothing beside it, and says file and reason") {
+  const test::Folder folder;
+  write_file(folder / "a", "old");
+  CHECK_THROWS_WITH(write_file(folder / "a" / "b", "x"), Contains("cannot write: Not a directory"));
+  CHECK_THROWS_WITH(write_file(folder / "none" / "b", "x"), Contains("No such file"));
+  CHECK_THROWS_WITH(write_file(folder.path(), "x"), Contains("Is a directory"));
+  CHECK_THROWS_WITH(write_file("", "x"), Contains("cannot write"));
+  CHECK_THROWS_AS(write_file("/proc/wheelhop_test", "x"), UserError);
+  CHECK_THROWS_WITH(write_file("/dev/full", "x"), Equals("/dev/full: cannot write: No space left on device"));
+  // A file size limit stands for the full disk: the first part is written, the rest is refused.
+  struct rlimit before {};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = signal(SIGXFSZ, SIG_IGN);
+  const struct rlimit small = {4096, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  std::string message;
+  try {
+    write_file(folder / "a", std::string(100000, 'x'));
+  } catch (const UserError& error) {
+    message = error.what();
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  signal(SIGXFSZ, handler);
+  CHECK_THAT(message, Contains("a: cannot write: File too large"));
+  CHECK(read_file(folder / "a") == "old");
+  CHECK(folder.names() == std::vector<std::string>{"a"});
+}
+
+TEST_CASE("writers of one file at the same time leave one of their versions, whole") {
+  const test::Folder folder;
+  std::vector<std::thread> writers;
+  for (char c = 'a'; c < 'e'; ++c)
+    writers.emplace_back([&folder, c] {
+      for (int i = 0; i < 10; ++i) write_file(folder / "f", std::string(50000, c));
+    });
+  for (std::thread& writer : writers) writer.join();
+  const std::string content = read_file(folder / "f");
+  CHECK(content == std::string(50000, content.at(0)));
+  CHECK(folder.names().size() == 1);
+}
+
+TEST_CASE("an output folder is made with its parents, and one that cannot be is refused at once") {
+  const test::Folder folder;
+  CHECK_NOTHROW(require_writable_folder(folder / "x" / "y"));
+  CHECK(fs::is_empty(folder / "x" / "y"));
+  CHECK_NOTHROW(require_writable_folder(folder / "x" / "y"));
+  write_file(folder / "file", "");
+  CHECK_THROWS_WITH(require_writable_folder(folder / "file"), Contains("file: cannot"));
+  CHECK_THROWS_WITH(require_writable_folder(folder / "file" / "y"), Contains("Not a directory"));
+  CHECK_THROWS_WITH(require_writable_folder("/proc/wheelhop_test"), Contains("/proc/wheelhop_test: cannot"));
+  CHECK_THROWS_WITH(require_writable_folder("/proc/self"), Contains("cannot write into the folder"));
+}
