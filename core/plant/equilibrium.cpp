@@ -1,0 +1,76 @@
+#include <cmath>
+
+#include "core/plant/simulate.hpp"
+
+namespace wheelhop {
+namespace {
+
+Equilibrium failed(Status status, std::string message) { return {status, std::move(message), {}}; }
+
+Matrix mass_block(const Matrix& M, Index n) { return M.topLeftCorner(n, n); }
+
+}  // namespace
+
+Equilibrium static_equilibrium(const Plant& plant, ConstVectorRef u) {
+  Motion motion(plant);
+  const Index n = motion.masses();
+  if (u.size() != motion.inputs()) throw UserError("static_equilibrium: expected one constant value an input");
+  const Vector rest = Vector::Zero(std::max(n, motion.inputs()));
+  Vector masses(n);
+  for (Index i = 0; i < n; ++i) masses(i) = motion.mass_kg(i);
+  const auto outside = [&](int element) {
+    return failed(Status::outside_domain, "no equilibrium: element \"" +
+                                              plant.elements[static_cast<std::size_t>(element)].name +
+                                              "\" leaves the domain of its laws");
+  };
+
+  // First guess from the slopes at zero travel, where every law is defined: a drive that starts far from zero would
+  // put the elements between it and the masses outside their domain.
+  Matrix stiffness, damping;
+  motion.set_inputs(rest.data(), rest.data());
+  if (const int element = motion.slopes(rest.data(), rest.data(), stiffness, damping); element >= 0)
+    return outside(element);
+  Vector applied = Vector::Zero(motion.node_count());
+  for (Index i = 0; i < motion.inputs(); ++i) {
+    if (motion.input_node(i) >= 0) {
+      applied -= stiffness.col(motion.input_node(i)) * u(i);
+    } else {
+      applied(motion.force_nodes(i)[0]) -= u(i);
+      applied(motion.force_nodes(i)[1]) += u(i);
+    }
+  }
+  Vector q = least_squares(mass_block(stiffness, n), applied.head(n)).x;
+
+  motion.set_inputs(u.data(), rest.data());
+  Vector a(n), trial(n), trial_a(n);
+  if (const int element = motion.accelerations(q.data(), rest.data(), a.data()); element >= 0) return outside(element);
+  const auto force_norm = [&](const Vector& acceleration) { return masses.cwiseProduct(acceleration).norm(); };
+  for (int iteration = 0; iteration < 100; ++iteration) {
+    if (const int element = motion.slopes(q.data(), rest.data(), stiffness, damping); element >= 0)
+      return outside(element);
+    const Matrix K = mass_block(stiffness, n);
+    const double scale =
+        K.cwiseAbs().maxCoeff() * (q.cwiseAbs().maxCoeff() + u.cwiseAbs().maxCoeff()) + applied.cwiseAbs().maxCoeff();
+    if (force_norm(a) <= 1e-12 * scale) return {Status::ok, "", q};
+    const LeastSquares step = least_squares(K, masses.cwiseProduct(a));
+    if (step.rank < n && step.residual_norm > 1e-9 * scale)
+      return failed(Status::rank_deficient, "no equilibrium: a constant force is balanced by no spring");
+    double share = 1;
+    for (int halving = 0; halving < 60; ++halving, share /= 2) {
+      trial = q + share * step.x;
+      if (motion.accelerations(trial.data(), rest.data(), trial_a.data()) == Motion::all_defined &&
+          force_norm(trial_a) < force_norm(a))
+        break;
+    }
+    // Round-off: no step improves the balance of forces any more.
+    if (share < 1e-15) {
+      if (force_norm(a) <= 1e-9 * scale) return {Status::ok, "", q};
+      break;
+    }
+    q = trial;
+    a = trial_a;
+  }
+  return failed(Status::iteration_limit, "no equilibrium found for the first drive sample");
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,87 @@
+#include "core/plant/laws.hpp"
+
+#include <cmath>
+
+namespace wheelhop {
+
+LawKind linear_spring();
+LawKind viscous_damper();
+LawKind hardening_spring();
+LawKind polynomial_spring();
+
+const std::vector<LawKind>& law_table() {
+  static const std::vector<LawKind> table = {linear_spring(), viscous_damper(), hardening_spring(),
+                                             polynomial_spring()};
+  return table;
+}
+
+std::vector<std::string> law_names() {
+  std::vector<std::string> names;
+  for (const LawKind& kind : law_table()) names.push_back(kind.name);
+  return names;
+}
+
+const LawKind* find_law(std::string_view name) {
+  for (const LawKind& kind : law_table())
+    if (kind.name == name) return &kind;
+  return nullptr;
+}
+
+std::vector<std::string> Law::parameter_names() const {
+  std::vector<std::string> names;
+  if (kind->parameters.front().is_list) {
+    for (std::size_t k = 0; k < values.size(); ++k)
+      names.push_back(kind->parameters.front().name + "_" + std::to_string(k + 1));
+  } else {
+    for (const LawParameter& parameter : kind->parameters) names.push_back(parameter.name);
+  }
+  return names;
+}
+
+Law parse_law(const JsonCursor& cursor) {
+  Law law;
+  law.kind = find_law(cursor.at("law").one_of(law_names()));
+  for (const LawParameter& parameter : law.kind->parameters) {
+    if (parameter.is_list) {
+      const JsonCursor list = cursor.at(parameter.name);
+      law.values = list.numbers();
+      if (law.values.empty() || law.values.size() > 15) list.fail("an array of 1 to 15 numbers");
+    } else if (parameter.required) {
+      law.values.push_back(cursor.at(parameter.name).number(parameter.range));
+    } else {
+      // Not `number(key, fallback, range)`: the fallback may be infinite, which stands for "none".
+      const auto member = cursor.find(parameter.name);
+      law.values.push_back(member ? member->number(parameter.range) : parameter.fallback);
+    }
+  }
+  law.tolerance = parse_tolerance(cursor);
+  cursor.done();
+  if (law.kind->check) {
+    const std::string expected = law.kind->check(law.values);
+    if (!expected.empty()) cursor.fail(expected);
+  }
+  return law;
+}
+
+Json to_json(const Law& law) {
+  Json out = Json::object();
+  out["law"] = law.kind->name;
+  if (law.kind->parameters.front().is_list) {
+    out[law.kind->parameters.front().name] = law.values;
+  } else {
+    for (std::size_t k = 0; k < law.values.size(); ++k)
+      if (std::isfinite(law.values[k])) out[law.kind->parameters[k].name] = law.values[k];
+  }
+  out["tolerance"] = law.tolerance;
+  return out;
+}
+
+double parse_tolerance(const JsonCursor& cursor) {
+  const auto member = cursor.find("tolerance");
+  if (!member) return default_tolerance;
+  const double value = member->number();
+  if (!(value > 0 && value <= 1)) member->fail("a relative standard deviation above 0 and at most 1");
+  return value;
+}
+
+}  // namespace wheelhop

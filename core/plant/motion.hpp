@@ -1,0 +1,84 @@
+/// \file
+/// The plant assembled for computing: node numbers instead of names, laws as flat arrays. Layout used everywhere: the
+/// state is [q; v] (2n: positions, then velocities of the masses); `u` has one entry an input of the plant.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/plant/plant.hpp"
+
+namespace wheelhop {
+
+/// Newton's equations of a plant, m_i a_i = sum of forces on mass i. Built once, evaluated millions of times without
+/// allocation. Owns a copy of the laws and scratch space: one object a thread.
+///
+/// A displacement drive is held, so its node moves in steps; its velocity (which only laws that read the rate of an
+/// element at that node see) is an argument of its own, `u_rate`, decided by the simulation.
+class Motion {
+ public:
+  explicit Motion(const Plant& plant);
+
+  Index masses() const { return static_cast<Index>(mass_.size()); }
+  Index inputs() const { return static_cast<Index>(inputs_.size()); }
+  Index sensors() const { return static_cast<Index>(sensors_.size()); }
+
+  /// Sets the inputs for the evaluations that follow. @param u, u_rate m values (u_rate of a force is not read).
+  void set_inputs(const double* u, const double* u_rate);
+
+  static constexpr int all_defined = -1;
+  /// Accelerations a (n) at positions q and velocities v (n) under the inputs set before.
+  /// @return `all_defined`, or the index of the first element whose law is outside its domain or not finite.
+  int accelerations(const double* q, const double* v, double* a);
+
+  /// Travel [m] of an element in the evaluation before.
+  double travel(int element) const;
+
+  /// Sensor readings y (p) at a state and its accelerations, under the inputs set before.
+  void outputs(const double* q, const double* v, const double* a, double* y) const;
+
+  /// Slopes of the net forces on the nodes: stiffness and damping matrices (nodes x nodes, symmetric), such that small
+  /// changes give force = -stiffness dx - damping dv. Return value as `accelerations`.
+  int slopes(const double* q, const double* v, Matrix& stiffness, Matrix& damping);
+
+  struct Energy {
+    double kinetic_j = 0;
+    double potential_j = 0;   ///< stored in the laws
+    double dissipated_w = 0;  ///< heat in the laws
+    double input_w = 0;       ///< by forces, and by moving drive nodes through `u_rate`; position steps of a held drive
+                              ///< change potential_j
+    int undefined_element = all_defined;
+  };
+  Energy energy(const double* q, const double* v);
+
+  double mass_kg(Index i) const { return mass_[static_cast<std::size_t>(i)]; }
+  Index node_count() const { return static_cast<Index>(x_.size()); }
+  /// Node of a displacement input, -1 for a force.
+  Index input_node(Index input) const { return inputs_[static_cast<std::size_t>(input)].node; }
+  /// Nodes between which a force input acts: -u on the first, +u on the second.
+  std::array<Index, 2> force_nodes(Index input) const;
+  struct SensorPlace {
+    SensorKind kind;
+    Index from, to;
+  };
+  const SensorPlace& sensor(Index i) const { return sensors_[static_cast<std::size_t>(i)]; }
+
+ private:
+  struct Branch {
+    std::size_t from, to, first_law, last_law;
+  };
+  struct Drive {
+    Index node;  // of a displacement
+    Index from, to;
+  };
+  void load(const double* q, const double* v);
+
+  std::vector<double> mass_, inverse_mass_;
+  std::vector<Branch> branches_;
+  std::vector<Law> laws_;
+  std::vector<Drive> inputs_;
+  std::vector<SensorPlace> sensors_;
+  std::vector<double> x_, v_, force_, applied_;  // one entry a node
+};
+
+}  // namespace wheelhop

@@ -1,0 +1,237 @@
+#include <algorithm>
+#include <set>
+
+#include "core/plant/plant.hpp"
+
+namespace wheelhop {
+namespace {
+
+const std::string ground = "ground";
+
+/// A name becomes a CSV column, a part of a location (`sensor:NAME`, `EFFECT@NAME`) or of a parameter name (`NAME.x`).
+std::string read_name(const JsonCursor& cursor) {
+  const std::string name = cursor.string();
+  const bool bad = name.empty() || name.front() == ' ' || name.back() == ' ' ||
+                   std::any_of(name.begin(), name.end(), [](unsigned char c) {
+                     return c < 32 || c == ',' || c == '"' || c == ':' || c == '@' || c == '.' || c == ';';
+                   });
+  if (bad) cursor.fail("a name without , ; : . @ or quotes");
+  return name;
+}
+
+/// Refuses a name for the second time, and names that mean something else already.
+class Names {
+ public:
+  Names(std::string what, std::set<std::string> taken) : what_(std::move(what)), taken_(std::move(taken)) {}
+  std::string read(const JsonCursor& cursor) {
+    const std::string name = read_name(cursor);
+    if (!taken_.insert(name).second) cursor.fail("a " + what_ + " name that is not taken (taken: " + listed() + ")");
+    return name;
+  }
+
+ private:
+  std::string listed() const {
+    std::string text;
+    for (const std::string& name : taken_) text += (text.empty() ? "" : ", ") + name;
+    return text;
+  }
+  std::string what_;
+  std::set<std::string> taken_;
+};
+
+std::vector<JsonCursor> read_list(const JsonCursor& plant, const char* key, const char* what) {
+  const JsonCursor list = plant.at(key);
+  std::vector<JsonCursor> items = list.items();
+  if (items.empty()) list.fail(std::string("at least one ") + what);
+  return items;
+}
+
+void read_pair(const JsonCursor& cursor, const std::vector<std::string>& nodes, std::string& from, std::string& to) {
+  const std::vector<JsonCursor> pair = cursor.items();
+  if (pair.size() != 2) cursor.fail("two node names [a, b]");
+  from = pair[0].one_of(nodes);
+  to = pair[1].one_of(nodes);
+  if (from == to) cursor.fail("two different nodes");
+}
+
+/// `of` (or `on`) one mass, or `between` two nodes.
+void read_place(const JsonCursor& cursor, const char* single, const std::vector<std::string>& masses,
+                const std::vector<std::string>& nodes, std::string& from, std::string& to) {
+  const auto one = cursor.find(single);
+  const auto two = cursor.find("between");
+  if (one.has_value() == two.has_value())
+    cursor.fail(std::string("either \"") + single + "\" (one mass) or \"between\" (two nodes)");
+  if (one) {
+    from = ground;
+    to = one->one_of(masses);
+  } else {
+    read_pair(*two, nodes, from, to);
+  }
+}
+
+void read_unit(const JsonCursor& cursor, const std::string& expected, const std::string& of) {
+  const JsonCursor unit = cursor.at("unit");
+  if (unit.string() != expected) unit.fail("\"" + expected + "\" (the unit of " + of + ")");
+}
+
+std::vector<std::string> mass_names(const Plant& plant) {
+  std::vector<std::string> names;
+  for (const Mass& mass : plant.masses) names.push_back(mass.name);
+  return names;
+}
+
+Mass read_mass(const JsonCursor& cursor, Names& places) {
+  Mass mass;
+  mass.name = places.read(cursor.at("name"));
+  const JsonCursor value = cursor.at("mass_kg");
+  mass.mass_kg = value.number();
+  if (!(mass.mass_kg > 0)) value.fail("a mass above 0 kg (a massless node has no equation of motion)");
+  mass.tolerance = parse_tolerance(cursor);
+  cursor.done();
+  return mass;
+}
+
+PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& places, Names& channels) {
+  PlantInput input;
+  const bool force = cursor.at("kind").one_of({"displacement", "force"}) == "force";
+  input.kind = force ? InputKind::force : InputKind::displacement;
+  input.name = channels.read(cursor.at("name"));
+  if (!force) places.read(cursor.at("name"));
+  input.unit = force ? "N" : "m";
+  read_unit(cursor, input.unit, force ? "a force input" : "a displacement input");
+  input.hold_hz = cursor.at("hold_hz").number({.low = 1e-3, .high = 1e7});
+  if (auto member = cursor.find("interpolation"))
+    input.interpolation = member->one_of({"band_limited", "zoh", "linear"});
+  if (force) {
+    const std::vector<std::string> masses = mass_names(plant);
+    read_place(cursor, "on", masses, masses, input.from, input.to);
+  }
+  cursor.done();
+  if (!plant.inputs.empty() && input.hold_hz != plant.inputs.front().hold_hz)
+    cursor.at("hold_hz").fail("the hold rate of the other inputs (all inputs are held at the same instants)");
+  return input;
+}
+
+Element read_element(const JsonCursor& cursor, const Plant& plant, Names& places) {
+  Element element;
+  element.name = places.read(cursor.at("name"));
+  const JsonCursor between = cursor.at("between");
+  read_pair(between, plant.node_names(), element.from, element.to);
+  const std::vector<std::string> masses = mass_names(plant);
+  const auto is_mass = [&](const std::string& name) {
+    return std::find(masses.begin(), masses.end(), name) != masses.end();
+  };
+  if (!is_mass(element.from) && !is_mass(element.to)) between.fail("a mass at one end at least: it moves nothing");
+  for (const JsonCursor& law : read_list(cursor, "laws", "law")) element.laws.push_back(parse_law(law));
+  cursor.done();
+  return element;
+}
+
+Sensor read_sensor(const JsonCursor& cursor, const Plant& plant, Names& channels) {
+  Sensor sensor;
+  sensor.name = channels.read(cursor.at("name"));
+  const std::string kind = cursor.at("kind").one_of({"displacement", "velocity", "acceleration"});
+  sensor.kind = kind == "displacement" ? SensorKind::displacement
+                : kind == "velocity"   ? SensorKind::velocity
+                                       : SensorKind::acceleration;
+  sensor.unit = kind == "displacement" ? "m" : kind == "velocity" ? "m/s" : "m/s^2";
+  read_unit(cursor, sensor.unit, "a sensor of " + kind);
+  const std::vector<std::string> masses = mass_names(plant);
+  std::vector<std::string> nodes = plant.node_names();
+  if (sensor.kind == SensorKind::acceleration) {
+    // A held drive has no acceleration: it moves in steps.
+    nodes = masses;
+    nodes.push_back(ground);
+  }
+  read_place(cursor, "of", masses, nodes, sensor.from, sensor.to);
+  cursor.done();
+  return sensor;
+}
+
+void require_every_mass_connected(const JsonCursor& cursor, const Plant& plant) {
+  std::set<std::string> touched;
+  for (const Element& element : plant.elements) touched.insert({element.from, element.to});
+  for (const PlantInput& input : plant.inputs) touched.insert({input.from, input.to});
+  const std::vector<JsonCursor> items = cursor.at("masses").items();
+  for (std::size_t i = 0; i < plant.masses.size(); ++i)
+    if (!touched.contains(plant.masses[i].name))
+      items[i].at("name").fail("a mass that an element or an input touches (nothing is attached to this one)");
+}
+
+}  // namespace
+
+Plant parse_plant(const JsonCursor& cursor) {
+  Plant plant;
+  plant.name = cursor.at("name").string();
+  // Masses, displacement inputs and elements share their names: each is a node or a location of a diagnosis.
+  Names places("mass, input or element", {ground, "timebase", "actuator"});
+  Names channels("channel", {"t"});
+  for (const JsonCursor& item : read_list(cursor, "masses", "mass")) plant.masses.push_back(read_mass(item, places));
+  for (const JsonCursor& item : read_list(cursor, "inputs", "input"))
+    plant.inputs.push_back(read_input(item, plant, places, channels));
+  if (auto list = cursor.find("elements"))
+    for (const JsonCursor& item : list->items()) plant.elements.push_back(read_element(item, plant, places));
+  for (const JsonCursor& item : read_list(cursor, "sensors", "sensor"))
+    plant.sensors.push_back(read_sensor(item, plant, channels));
+  cursor.done();
+  require_every_mass_connected(cursor, plant);
+  return plant;
+}
+
+Plant load_plant(const std::filesystem::path& file) { return parse_plant(JsonCursor::load(file)); }
+
+namespace {
+
+Json pair_json(const std::string& from, const std::string& to) { return Json::array({from, to}); }
+
+void write_place(Json& out, const char* single, const Plant& plant, const std::string& from, const std::string& to) {
+  const std::vector<std::string> masses = mass_names(plant);
+  if (from == ground && std::find(masses.begin(), masses.end(), to) != masses.end())
+    out[single] = to;
+  else
+    out["between"] = pair_json(from, to);
+}
+
+const char* kind_name(SensorKind kind) {
+  switch (kind) {
+    case SensorKind::displacement: return "displacement";
+    case SensorKind::velocity: return "velocity";
+    case SensorKind::acceleration: return "acceleration";
+  }
+  return "";
+}
+
+}  // namespace
+
+Json to_json(const Plant& plant) {
+  Json out = Json::object();
+  out["name"] = plant.name;
+  out["masses"] = Json::array();
+  for (const Mass& mass : plant.masses)
+    out["masses"].push_back({{"name", mass.name}, {"mass_kg", mass.mass_kg}, {"tolerance", mass.tolerance}});
+  out["inputs"] = Json::array();
+  for (const PlantInput& input : plant.inputs) {
+    const bool force = input.kind == InputKind::force;
+    Json item = {{"name", input.name}, {"kind", force ? "force" : "displacement"}, {"unit", input.unit}};
+    if (force) write_place(item, "on", plant, input.from, input.to);
+    item["hold_hz"] = input.hold_hz;
+    item["interpolation"] = input.interpolation;
+    out["inputs"].push_back(std::move(item));
+  }
+  out["elements"] = Json::array();
+  for (const Element& element : plant.elements) {
+    Json item = {{"name", element.name}, {"between", pair_json(element.from, element.to)}, {"laws", Json::array()}};
+    for (const Law& law : element.laws) item["laws"].push_back(to_json(law));
+    out["elements"].push_back(std::move(item));
+  }
+  out["sensors"] = Json::array();
+  for (const Sensor& sensor : plant.sensors) {
+    Json item = {{"name", sensor.name}, {"kind", kind_name(sensor.kind)}};
+    write_place(item, "of", plant, sensor.from, sensor.to);
+    item["unit"] = sensor.unit;
+    out["sensors"].push_back(std::move(item));
+  }
+  return out;
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,126 @@
+#include "core/plant/plant.hpp"
+
+#include <cmath>
+
+#include "core/base/status.hpp"
+
+namespace wheelhop {
+namespace {
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+[[noreturn]] void unknown(const Plant& plant, const std::string& what, std::string_view name,
+                          const std::vector<std::string>& known) {
+  const std::string near = nearest_name(name, known);
+  throw UserError("plant \"" + plant.name + "\": unknown " + what + " \"" + std::string(name) + "\"" +
+                  (near.empty() ? "" : ", did you mean \"" + near + "\"?") + " Known: " + joined(known));
+}
+
+/// Calls visit(name, location, unit, value, tolerance) for every scalar that a fit may move.
+template <class AnyPlant, class Visit>
+void visit_parameters(AnyPlant& plant, Visit visit) {
+  for (auto& mass : plant.masses) visit(mass.name + ".mass_kg", mass.name, "kg", mass.mass_kg, mass.tolerance);
+  for (auto& element : plant.elements) {
+    for (std::size_t i = 0; i < element.laws.size(); ++i) {
+      auto& law = element.laws[i];
+      int occurrence = 1;
+      for (std::size_t j = 0; j < i; ++j) occurrence += element.laws[j].kind == law.kind;
+      std::string prefix = element.name + "." + law.kind->name;
+      if (occurrence > 1) prefix += "[" + std::to_string(occurrence) + "]";
+      const std::vector<std::string> names = law.parameter_names();
+      for (std::size_t k = 0; k < law.values.size(); ++k) {
+        if (!std::isfinite(law.values[k])) continue;  // "none", e.g. no travel limit
+        const LawParameter& parameter = law.kind->parameters[law.kind->parameters.front().is_list ? 0 : k];
+        visit(prefix + "." + names[k], element.name, parameter.unit, law.values[k], law.tolerance);
+      }
+    }
+  }
+}
+
+std::vector<std::string> parameter_names(const Plant& plant) {
+  std::vector<std::string> names;
+  for (const PlantParameter& parameter : plant_parameters(plant)) names.push_back(parameter.name);
+  return names;
+}
+
+}  // namespace
+
+std::vector<std::string> Plant::node_names() const {
+  std::vector<std::string> names;
+  for (const Mass& mass : masses) names.push_back(mass.name);
+  for (const PlantInput& input : inputs)
+    if (input.kind == InputKind::displacement) names.push_back(input.name);
+  names.push_back("ground");
+  return names;
+}
+
+Index Plant::node(std::string_view node_name) const {
+  const std::vector<std::string> names = node_names();
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (names[i] == node_name) return static_cast<Index>(i);
+  unknown(*this, "node", node_name, names);
+}
+
+Index Plant::element(std::string_view element_name) const {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    if (elements[i].name == element_name) return static_cast<Index>(i);
+    names.push_back(elements[i].name);
+  }
+  unknown(*this, "element", element_name, names);
+}
+
+double Plant::hold_hz() const {
+  if (inputs.empty()) throw UserError("plant \"" + name + "\": expected at least one input");
+  for (const PlantInput& input : inputs)
+    if (input.hold_hz != inputs.front().hold_hz)
+      throw UserError("plant \"" + name + "\": inputs \"" + inputs.front().name + "\" and \"" + input.name +
+                      "\" have different hold_hz; all inputs are held at the same instants");
+  return inputs.front().hold_hz;
+}
+
+std::vector<Channel> Plant::input_channels() const {
+  std::vector<Channel> channels;
+  for (const PlantInput& input : inputs) channels.push_back({input.name, input.unit});
+  return channels;
+}
+
+std::vector<Channel> Plant::output_channels() const {
+  std::vector<Channel> channels;
+  for (const Sensor& sensor : sensors) channels.push_back({sensor.name, sensor.unit});
+  return channels;
+}
+
+std::vector<PlantParameter> plant_parameters(const Plant& plant) {
+  std::vector<PlantParameter> list;
+  visit_parameters(plant, [&](const std::string& name, const std::string& location, const std::string& unit,
+                              double value, double tolerance) {
+    list.push_back({name, location, unit, value, tolerance});
+  });
+  return list;
+}
+
+double get_parameter(const Plant& plant, std::string_view name) {
+  const double* found = nullptr;
+  visit_parameters(plant,
+                   [&](const std::string& own, const std::string&, const std::string&, const double& value, double) {
+                     if (own == name) found = &value;
+                   });
+  if (!found) unknown(plant, "parameter", name, parameter_names(plant));
+  return *found;
+}
+
+void set_parameter(Plant& plant, std::string_view name, double value) {
+  double* found = nullptr;
+  visit_parameters(plant, [&](const std::string& own, const std::string&, const std::string&, double& slot, double) {
+    if (own == name) found = &slot;
+  });
+  if (!found) unknown(plant, "parameter", name, parameter_names(plant));
+  *found = value;
+}
+
+}  // namespace wheelhop

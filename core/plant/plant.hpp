@@ -1,0 +1,93 @@
+/// \file
+/// The plant: a graph of lumped elements (masses, displacement and force inputs, laws between nodes, sensors), as
+/// read from a plant file. Nodes are the masses, the displacement inputs and `ground`, numbered in this order.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/json.hpp"
+#include "core/data/signal.hpp"
+#include "core/plant/laws.hpp"
+
+namespace wheelhop {
+
+struct Mass {
+  std::string name;
+  double mass_kg = 0;
+  double tolerance = default_tolerance;
+};
+
+enum class InputKind { displacement, force };
+
+struct PlantInput {
+  std::string name;
+  InputKind kind = InputKind::displacement;
+  std::string unit;                            ///< "m" or "N"
+  double hold_hz = 0;                          ///< the drive is held (ZOH) at this rate
+  std::string interpolation = "band_limited";  ///< between the samples of a slower record: band_limited, zoh, linear
+  /// A force acts as -u on the first and +u on the second node; ("ground", mass) for a force `on` a mass.
+  std::string from, to;
+};
+
+struct Element {
+  std::string name;
+  std::string from, to;   ///< `between [from, to]`: travel = x_to - x_from, a positive force pulls `to` toward `from`
+  std::vector<Law> laws;  ///< in parallel, at least one
+};
+
+enum class SensorKind { displacement, velocity, acceleration };
+
+struct Sensor {
+  std::string name;
+  SensorKind kind = SensorKind::displacement;
+  std::string from, to;  ///< reads x_to - x_from; from = "ground" for a sensor `of` a mass
+  std::string unit;      ///< "m", "m/s" or "m/s^2"
+};
+
+struct Plant {
+  std::string name;
+  std::vector<Mass> masses;
+  std::vector<PlantInput> inputs;
+  std::vector<Element> elements;
+  std::vector<Sensor> sensors;
+
+  Index mass_count() const { return static_cast<Index>(masses.size()); }
+  Index input_count() const { return static_cast<Index>(inputs.size()); }
+  Index sensor_count() const { return static_cast<Index>(sensors.size()); }
+  std::vector<std::string> node_names() const;   ///< masses, displacement inputs, "ground"
+  Index node(std::string_view node_name) const;  ///< index into node_names(); UserError if unknown
+  Index element(std::string_view name) const;    ///< index; UserError if unknown
+  double hold_hz() const;                        ///< common hold rate of all inputs
+  std::vector<Channel> input_channels() const;
+  std::vector<Channel> output_channels() const;
+};
+
+/// Reads and checks a plant file. UserError with file, JSON path, what was expected and found, and the known names:
+/// unknown node, law or key; element with one node only, or without a mass at either end; mass that is not positive or
+/// that nothing touches; repeated name; wrong unit; tolerance outside (0, 1]; inputs of different hold rates; no mass,
+/// input or sensor.
+Plant load_plant(const std::filesystem::path& file);
+Plant parse_plant(const JsonCursor& cursor);
+/// `parse_plant(to_json(plant))` gives the same plant.
+Json to_json(const Plant& plant);
+
+/// A scalar of the plant that a fit may move.
+struct PlantParameter {
+  std::string name;      ///< "body.mass_kg", "suspension.viscous_damper.damping_ns_per_m"; a second law of the same
+                         ///< kind in one element is "suspension.linear_spring[2].stiffness_n_per_m"
+  std::string location;  ///< name of the mass or element
+  std::string unit;
+  double value = 0;
+  double tolerance = default_tolerance;  ///< relative standard deviation of the value
+};
+
+/// All masses, then all finite law parameters in the order of the file.
+std::vector<PlantParameter> plant_parameters(const Plant& plant);
+/// UserError naming the known parameters if there is no such name. The range is the caller's business: fits may probe.
+double get_parameter(const Plant& plant, std::string_view name);
+void set_parameter(Plant& plant, std::string_view name, double value);
+
+}  // namespace wheelhop

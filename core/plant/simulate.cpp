@@ -1,0 +1,128 @@
+#include "core/plant/simulate.hpp"
+
+#include <fmt/format.h>
+
+namespace wheelhop {
+namespace {
+
+/// Classical Runge-Kutta of fourth order on q' = v, v' = a(q, v).
+class Stepper {
+ public:
+  explicit Stepper(Motion& motion) : motion_(motion) {
+    const Index n = motion.masses();
+    for (Vector* x : {&q_, &a1_, &a2_, &a3_, &a4_, &v2_, &v3_, &v4_}) x->setZero(n);
+  }
+
+  /// One step of length h from (q, v), in place. Every stage is checked: a stage beyond the pole of an end stop would
+  /// read a force of the wrong sign and go on as if nothing had happened.
+  int step(double h, double* q, double* v) {
+    const Index n = q_.size();
+    if (int e = motion_.accelerations(q, v, a1_.data()); e >= 0) return e;
+    for (Index i = 0; i < n; ++i) {
+      q_[i] = q[i] + 0.5 * h * v[i];
+      v2_[i] = v[i] + 0.5 * h * a1_[i];
+    }
+    if (int e = motion_.accelerations(q_.data(), v2_.data(), a2_.data()); e >= 0) return e;
+    for (Index i = 0; i < n; ++i) {
+      q_[i] = q[i] + 0.5 * h * v2_[i];
+      v3_[i] = v[i] + 0.5 * h * a2_[i];
+    }
+    if (int e = motion_.accelerations(q_.data(), v3_.data(), a3_.data()); e >= 0) return e;
+    for (Index i = 0; i < n; ++i) {
+      q_[i] = q[i] + h * v3_[i];
+      v4_[i] = v[i] + h * a3_[i];
+    }
+    if (int e = motion_.accelerations(q_.data(), v4_.data(), a4_.data()); e >= 0) return e;
+    for (Index i = 0; i < n; ++i) {
+      q[i] += h / 6 * (v[i] + 2 * (v2_[i] + v3_[i]) + v4_[i]);
+      v[i] += h / 6 * (a1_[i] + 2 * (a2_[i] + a3_[i]) + a4_[i]);
+    }
+    return Motion::all_defined;
+  }
+
+ private:
+  Motion& motion_;
+  Vector q_, v2_, v3_, v4_, a1_, a2_, a3_, a4_;
+};
+
+void check_shapes(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options) {
+  if (drive.rows() != plant.input_count())
+    throw UserError(fmt::format("plant \"{}\": expected a drive with {} rows (one an input), found {}", plant.name,
+                                plant.input_count(), drive.rows()));
+  if (options.substeps < 1 || options.decimation < 1 || options.lead_samples < 0)
+    throw UserError("simulate: expected substeps >= 1, decimation >= 1 and lead_samples >= 0");
+  if (options.lead_samples >= drive.cols())
+    throw UserError(fmt::format("simulate: expected a drive longer than its {} lead samples, found {} samples",
+                                options.lead_samples, drive.cols()));
+  if (options.initial_state.size() != 0 && options.initial_state.size() != 2 * plant.mass_count())
+    throw UserError(fmt::format("simulate: expected an initial state of {} numbers (positions, velocities), found {}",
+                                2 * plant.mass_count(), options.initial_state.size()));
+}
+
+}  // namespace
+
+Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options) {
+  check_shapes(plant, drive, options);
+  const double hold_s = 1 / plant.hold_hz();
+  const double h = hold_s / static_cast<double>(options.substeps);
+  const Index n = plant.mass_count(), m = plant.input_count(), N = drive.cols();
+  const Index kept = (N - options.lead_samples - 1) / options.decimation + 1;
+
+  Simulation result;
+  const auto fail = [&](Status status, std::string message, Index column, double time_s) {
+    result.status = status;
+    result.message = std::move(message);
+    result.failure_time_s = time_s;
+    result.states.conservativeResize(2 * n, column);
+    result.outputs.conservativeResize(plant.sensor_count(), column);
+    return result;
+  };
+  const double start_s = -static_cast<double>(options.lead_samples) * hold_s;
+  if (!all_finite(drive) || !all_finite(options.initial_state))
+    return fail(Status::not_finite, "the drive or the initial state is not finite", 0, start_s);
+
+  Vector state = Vector::Zero(2 * n);
+  if (options.initial_state.size() != 0) {
+    state = options.initial_state;
+  } else if (options.from_equilibrium) {
+    const Equilibrium equilibrium = static_equilibrium(plant, drive.col(0));
+    if (equilibrium.status != Status::ok) return fail(equilibrium.status, equilibrium.message, 0, start_s);
+    state.head(n) = equilibrium.positions;
+  }
+  result.states.resize(2 * n, kept);
+  result.outputs.resize(plant.sensor_count(), kept);
+
+  Motion motion(plant);
+  Stepper stepper(motion);
+  Vector u_rate = Vector::Zero(m), a(n);
+  double* const q = state.data();
+  double* const v = state.data() + n;
+  const auto left_domain = [&](int element, Index column, Index k) {
+    const double time_s = start_s + static_cast<double>(k) * hold_s;
+    return fail(Status::outside_domain,
+                fmt::format("element \"{}\" left the domain of its laws at t = {:.6g} s (travel {:.6g} m): the drive "
+                            "is too strong for this plant, or the step of {:.6g} s too long",
+                            plant.elements[static_cast<std::size_t>(element)].name, time_s, motion.travel(element), h),
+                column, time_s);
+  };
+  Index column = 0;
+  for (Index k = 0; k < N; ++k) {
+    if (k > 0)
+      for (Index i = 0; i < m; ++i) u_rate[i] = (drive(i, k) - drive(i, k - 1)) / hold_s;
+    motion.set_inputs(drive.col(k).data(), u_rate.data());
+    if (k >= options.lead_samples && (k - options.lead_samples) % options.decimation == 0) {
+      if (int e = motion.accelerations(q, v, a.data()); e >= 0) return left_domain(e, column, k);
+      motion.outputs(q, v, a.data(), result.outputs.col(column).data());
+      result.states.col(column) = state;
+      ++column;
+    }
+    if (k + 1 == N) break;  // nobody asks for the state after the last sample
+    for (Index s = 0; s < options.substeps; ++s)
+      if (int e = stepper.step(h, q, v); e >= 0) return left_domain(e, column, k);
+  }
+  if (!all_finite(result.states) || !all_finite(result.outputs))
+    return fail(Status::not_finite, "the state grew beyond all numbers", 0, start_s);
+  return result;
+}
+
+}  // namespace wheelhop

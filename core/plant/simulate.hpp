@@ -1,0 +1,54 @@
+/// \file
+/// Time simulation of a plant, and its static equilibrium.
+#pragma once
+
+#include <string>
+
+#include "core/base/status.hpp"
+#include "core/data/signal.hpp"
+#include "core/plant/motion.hpp"
+
+namespace wheelhop {
+
+struct Equilibrium {
+  Status status = Status::ok;
+  std::string message;
+  Vector positions;  ///< n [m]
+};
+
+/// Positions at which all masses rest under constant inputs: sum of forces = 0. Damped Newton from the equilibrium of
+/// the plant linearised at zero; where a mass may drift freely, the solution nearest to zero.
+/// @param u m constant inputs.  Statuses: rank_deficient (a force that no spring balances), outside_domain,
+/// iteration_limit. Cost O(n^3) an iteration, at most 100.
+Equilibrium static_equilibrium(const Plant& plant, ConstVectorRef u);
+
+struct SimulateOptions {
+  Index substeps = 1;             ///< RK4 steps in one hold interval, >= 1
+  Index decimation = 1;           ///< every how many hold samples one is kept, >= 1
+  Index lead_samples = 0;         ///< hold samples at the start that are simulated but not kept
+  bool from_equilibrium = false;  ///< start at rest in the equilibrium of the first drive sample
+  Vector initial_state;           ///< 2n [q; v]; empty: zero, or the equilibrium
+};
+
+struct Simulation {
+  Status status = Status::ok;
+  std::string message;
+  Matrix states;   ///< 2n x K, positions then velocities at the kept samples
+  Matrix outputs;  ///< p x K sensors at the kept samples; fewer columns than asked for if the status is not ok
+  double failure_time_s = 0;  ///< where the status is not ok; 0 is the first kept sample
+};
+
+/// Integrates M q'' = forces(q, q', u) by classical Runge-Kutta of fourth order, the drive held over each interval.
+///
+/// Accelerations are those of the equation of motion at the sample itself, not differences of velocities. The velocity
+/// of a displacement drive, which only rate-dependent laws at the drive node see, is (u_k - u_{k-1}) / T over interval
+/// k (0 in the first): the drive's step at t_k spread over the interval that follows. It hands such a damper exactly
+/// the momentum of the step it replaces, needs no future sample, and lags by half an interval.
+///
+/// @param drive m x N at the plant's hold rate, in the units of the inputs.
+/// Statuses: outside_domain with time and element, if in any Runge-Kutta stage a law has left its domain or is no
+/// longer finite; those of `static_equilibrium`; not_finite if the drive or the initial state is not finite.
+/// UserError on wrong shapes. Cost: 4 substeps N evaluations of the plant; nothing is allocated inside the loop.
+Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options = {});
+
+}  // namespace wheelhop
