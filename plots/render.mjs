@@ -1,0 +1,54 @@
+#!/usr/bin/env node
+// node render.mjs DIR [--out FILE.html]
+//   reads   DIR/table1.json and DIR/figures/figures.json
+//   writes  DIR/figures/figure<N>.svg, one a signal, and the report page (DIR/report.html)
+// Exit status: 0 written; 2 wrong use or wrong input, with one message and nothing written.
+import { renameSync, rmSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { InputError, readFigures, readTable } from './input.mjs';
+
+const USAGE = 'usage: node render.mjs DIR [--out FILE.html]';
+
+function parse(words) {
+  const [directory, option, file, ...rest] = words;
+  const known = words.length === 1 || (words.length === 3 && option === '--out' && file);
+  if (!directory || directory.startsWith('-') || !known || rest.length) throw new InputError(USAGE);
+  return { directory, out: file ?? join(directory, 'report.html') };
+}
+
+async function load() {
+  try {
+    return [await import('./figure.mjs'), await import('./report.mjs')];
+  } catch (error) {
+    if (error.code !== 'ERR_MODULE_NOT_FOUND') throw error;
+    throw new InputError('the figure packages are not installed: run "npm ci" in the folder plots');
+  }
+}
+
+/** All files or none: each is written beside its place first. */
+function writeAll(files) {
+  const beside = (path) => `${path}.part`;
+  try {
+    for (const [path, text] of files) writeFileSync(beside(path), text);
+    for (const [path] of files) renameSync(beside(path), path);
+  } catch (error) {
+    for (const [path] of files) rmSync(beside(path), { force: true });
+    throw new InputError(`${error.path ?? 'output'}: could not be written (${error.code ?? error.message})`);
+  }
+}
+
+async function main() {
+  const { directory, out } = parse(process.argv.slice(2));
+  const table = readTable(directory);
+  const figures = readFigures(directory);
+  const [{ toSvg }, { page }] = await load();
+  const svgs = [];
+  for (const signal of figures.signals) svgs.push(await toSvg(figures, signal));
+  const named = figures.signals.map((signal, i) => [join(directory, 'figures', `figure${signal.figure}.svg`), svgs[i]]);
+  writeAll([...named, [out, page(table, figures, svgs)]]);
+}
+
+main().catch((error) => {
+  process.stderr.write(`wheelhop plots: ${error instanceof InputError ? error.message : error.stack}\n`);
+  process.exitCode = error instanceof InputError ? 2 : 1;
+});
