@@ -21,7 +21,7 @@ struct LawParameter {
   std::string name;  ///< key in the plant file, unit included
   std::string unit;
   std::string meaning;
-  Range range;           ///< admissible in a file; a fit may move beyond
+  Range range = {};      ///< admissible in a file; a fit may move beyond
   bool required = true;  ///< otherwise `fallback` where the key is absent
   double fallback = 0;   ///< infinity stands for "none" and is not written to files
   bool is_list = false;  ///< an array of numbers; only as the single parameter of a law
@@ -41,6 +41,8 @@ struct LawKind {
   double (*energy)(std::span<const double> p, double x);
   /// Power turned into heat [W]; nullptr for a law that turns none.
   double (*dissipation)(std::span<const double> p, double x, double v);
+  /// True if F = k x + d v with constant slopes everywhere: such laws of one element are summed before a simulation.
+  bool is_linear = false;
   /// Relations between parameters: empty, or what was expected; nullptr where there are none.
   std::string (*check)(std::span<const double> p);
 };

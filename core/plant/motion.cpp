@@ -11,12 +11,21 @@ Motion::Motion(const Plant& plant) {
     inverse_mass_.push_back(1 / mass.mass_kg);
   }
   for (const Element& element : plant.elements) {
-    Branch branch;
+    Branch branch{};
     branch.from = static_cast<std::size_t>(plant.node(element.from));
     branch.to = static_cast<std::size_t>(plant.node(element.to));
     branch.first_law = laws_.size();
     laws_.insert(laws_.end(), element.laws.begin(), element.laws.end());
     branch.last_law = laws_.size();
+    const auto first = laws_.begin() + static_cast<std::ptrdiff_t>(branch.first_law);
+    const auto curved = std::stable_partition(first, laws_.end(), [](const Law& law) { return law.kind->is_linear; });
+    branch.first_curved = static_cast<std::size_t>(curved - laws_.begin());
+    for (auto law = first; law != curved; ++law) {
+      double df_dx = 0, df_dv = 0;
+      law->slopes(0, 0, df_dx, df_dv);
+      branch.stiffness_n_per_m += df_dx;
+      branch.damping_ns_per_m += df_dv;
+    }
     branches_.push_back(branch);
   }
   for (const PlantInput& input : plant.inputs) {
@@ -62,8 +71,8 @@ int Motion::accelerations(const double* q, const double* v, double* a) {
     const Branch& branch = branches_[b];
     const double travel = x_[branch.to] - x_[branch.from];
     const double rate = v_[branch.to] - v_[branch.from];
-    double sum = 0;
-    for (std::size_t k = branch.first_law; k < branch.last_law; ++k) {
+    double sum = branch.stiffness_n_per_m * travel + branch.damping_ns_per_m * rate;
+    for (std::size_t k = branch.first_curved; k < branch.last_law; ++k) {
       double f;
       if (!laws_[k].force(travel, rate, f)) return static_cast<int>(b);
       sum += f;

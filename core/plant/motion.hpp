@@ -66,6 +66,8 @@ class Motion {
  private:
   struct Branch {
     std::size_t from, to, first_law, last_law;
+    std::size_t first_curved;                    // laws [first_curved, last_law) are nonlinear ...
+    double stiffness_n_per_m, damping_ns_per_m;  // ... those before are summed here
   };
   struct Drive {
     Index node;  // of a displacement

@@ -19,6 +19,7 @@ LawKind viscous_damper() {
   };
   kind.energy = nullptr;
   kind.dissipation = [](std::span<const double> p, double, double v) { return p[0] * v * v; };
+  kind.is_linear = true;
   kind.check = nullptr;
   return kind;
 }
