@@ -1,0 +1,23 @@
+/// \file
+/// MATLAB files (version 5), through matio: one variable a channel.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/data/table.hpp"
+
+namespace wheelhop {
+
+/// Reads real vectors (row or column; double, single, integer or logical) of equal length.
+/// @param wanted names of the variables; empty = every variable of the file, none of which may be anything else.
+/// UserError naming file and variable: missing (lists those there), complex, not numeric, not a vector, of another
+/// length than the first, not finite; UserError naming the file if it is no MAT file.
+Table read_mat(const std::filesystem::path& file, const std::vector<std::string>& wanted = {});
+
+/// Writes each channel as a column vector of doubles. All or nothing, and the same bytes every time.
+/// UserError if a name is no MATLAB name (letter, then letters, digits, underscores; at most 63) or appears twice.
+void write_mat(const std::filesystem::path& file, const Table& table);
+
+}  // namespace wheelhop

@@ -1,0 +1,47 @@
+/// \file
+/// From one sampling rate to another: picking samples, and the drive between the samples of a record.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/linalg.hpp"
+
+namespace wheelhop {
+
+/// Every `factor`-th sample, the first included: c x ceil(N / factor). No filter: the responses of a vehicle carry
+/// 4e-11 of their power above half the measuring rate, and a filter would smear static laws over neighbouring samples.
+/// Throws std::invalid_argument if factor < 1.
+Matrix decimate(ConstMatrixRef samples, Index factor);
+
+/// What a drive does between the samples of a record.
+enum class Interpolation {
+  band_limited,  ///< the one signal without content above half the sampling rate (windowed sinc)
+  zoh,           ///< holds the last sample
+  linear         ///< straight line to the next sample
+};
+
+/// Names as they stand in plant files: band_limited, zoh, linear.
+const std::vector<std::string>& interpolation_names();
+/// Throws std::invalid_argument for any other name.
+Interpolation interpolation_from(const std::string& name);
+
+/// Samples of a drive (c x N, at rate f) at the `factor` times higher rate: c x N factor, and column k factor is column
+/// k of the input, bit for bit. The last factor - 1 columns lie behind the last sample: zoh and linear hold it,
+/// band_limited extrapolates by reflection.
+///
+/// band_limited: sinc with a Kaiser window of 32 samples either side (beta 14.5), scaled so that constants are kept.
+/// Relative error (largest, over the amplitude), measured on sines at 200 Hz -> 1000 Hz, 32 samples away from the ends:
+/// 3e-8 at 10 Hz, 1e-7 up to 80 Hz, 2e-2 at 95 Hz. At the ends the record is continued by odd reflection about its end
+/// point, which keeps value and slope: there 10 Hz errs by up to 2e-2, a straight line not at all.
+/// Cost 64 multiplications a sample and channel.
+/// Throws std::invalid_argument if factor < 1.
+Matrix interpolate(ConstMatrixRef samples, Index factor, Interpolation kind);
+
+/// The same between any two rates: samples of the drive at the instants k / to_hz that lie within the N / from_hz
+/// seconds of the record. An integer ratio gives exactly the columns of the function above. Where to_hz < from_hz,
+/// content above to_hz / 2 folds down, as it does in a converter that holds at to_hz. Throws std::invalid_argument if a
+/// rate is not positive and finite.
+Matrix interpolate(ConstMatrixRef samples, double from_hz, double to_hz, Interpolation kind);
+
+}  // namespace wheelhop
