@@ -113,9 +113,7 @@ call list
 check 'a mended source builds' test $status -eq 0
 
 before=$(builds)
-later "$home/core/build.sh"
-(touch -d '-1 hour' "$home/core" && rm -f "$home/build/release/.built-wheelhop")
-touch -d '-1 hour' "$home/core/build.sh"
+rm "$home/build/release/.built-wheelhop"
 for i in 1 2 3; do "$home/wheelhop" list >"$work/parallel.$i" 2>/dev/null & done
 wait
 check 'calls at the same time build once' test "$(builds)" -eq $((before + 1))
