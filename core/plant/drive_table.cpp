@@ -72,7 +72,7 @@ std::vector<DriveEntry> drive_table() {
   return table;
 }
 
-DriveOptions parse_drive(const JsonCursor& cursor, double hold_hz) {
+DriveOptions parse_drive(const JsonCursor& cursor, double hold_hz, const std::string& unit) {
   std::vector<std::string> names;
   for (const Generator& generator : generators()) names.push_back(generator.name);
   const std::string name = cursor.at("name").one_of(names);
@@ -83,6 +83,8 @@ DriveOptions parse_drive(const JsonCursor& cursor, double hold_hz) {
           const auto options = read_options(cursor, defaults);
           cursor.done();
           check(options, cursor, hold_hz);
+          if (name == "iso8608" && unit != "m")
+            cursor.at("name").fail("a drive with a level of its own (a road is in m, this input in " + unit + ")");
           return options;
         },
         generator.defaults);

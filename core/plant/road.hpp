@@ -103,8 +103,9 @@ struct DriveEntry {
 std::vector<DriveEntry> drive_table();
 
 /// Reads `{"name": GENERATOR, OPTION: value, ...}`. UserError on unknown names and on what the hold rate cannot carry
-/// (frequencies from half the hold rate on, a period of no whole number of intervals).
-DriveOptions parse_drive(const JsonCursor& cursor, double hold_hz);
+/// (frequencies from half the hold rate on, a period of no whole number of intervals), or a road for an input that is
+/// not in metres. @param unit of the input
+DriveOptions parse_drive(const JsonCursor& cursor, double hold_hz, const std::string& unit);
 Json to_json(const DriveOptions& options);
 
 struct Drive {

@@ -1,0 +1,87 @@
+#include "core/plant/dataset.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/data/resample.hpp"
+
+namespace wheelhop {
+namespace {
+
+GeneratedRecord run(const Plant& plant, ConstMatrixRef drive, double sampling_hz, SimulateOptions options) {
+  options.decimation = hold_samples_per_record_sample(plant, sampling_hz);
+  Simulation simulation = simulate(plant, drive, options);
+  GeneratedRecord record;
+  record.status = simulation.status;
+  record.message = std::move(simulation.message);
+  record.states = std::move(simulation.states);
+  record.signal.y = std::move(simulation.outputs);
+  record.signal.sample_time_s = 1 / sampling_hz;
+  record.signal.inputs = plant.input_channels();
+  record.signal.outputs = plant.output_channels();
+  return record;
+}
+
+}  // namespace
+
+Index hold_samples_per_record_sample(const Plant& plant, double sampling_hz) {
+  const double ratio = plant.hold_hz() / sampling_hz;
+  const double whole = std::round(ratio);
+  // 1 / (1 / f) is not f: rates that went through a sample time agree to round-off only.
+  if (!(whole >= 1) || std::abs(ratio - whole) > 1e-9 * whole)
+    throw UserError(
+        fmt::format("plant \"{}\": expected a hold rate that is a whole multiple of the sampling rate of {} "
+                    "Hz, found hold_hz = {}",
+                    plant.name, sampling_hz, plant.hold_hz()));
+  return static_cast<Index>(whole);
+}
+
+GeneratedRecord generate_record(const Plant& plant, ConstMatrixRef drive, double sampling_hz, SimulateOptions options) {
+  GeneratedRecord record = run(plant, drive, sampling_hz, options);
+  const Index ratio = hold_samples_per_record_sample(plant, sampling_hz);
+  record.signal.u =
+      decimate(drive.rightCols(drive.cols() - options.lead_samples), ratio).leftCols(record.signal.y.cols());
+  return record;
+}
+
+Matrix drive_of_record(const Plant& plant, const Signal& record) {
+  Matrix drive(plant.input_count(), record.samples());
+  for (Index i = 0; i < plant.input_count(); ++i) {
+    const PlantInput& input = plant.inputs[static_cast<std::size_t>(i)];
+    std::string known;
+    Index row = -1;
+    for (std::size_t k = 0; k < record.inputs.size(); ++k) {
+      known += (k ? ", " : "") + record.inputs[k].name;
+      if (record.inputs[k].name == input.name) row = static_cast<Index>(k);
+    }
+    if (row < 0)
+      throw UserError(fmt::format("plant \"{}\": expected an input channel \"{}\" in the record, found: {}", plant.name,
+                                  input.name, known));
+    const std::string& unit = record.inputs[static_cast<std::size_t>(row)].unit;
+    if (!unit.empty() && unit != input.unit)
+      throw UserError(fmt::format("plant \"{}\": expected input \"{}\" in {}, found it in {} in the record", plant.name,
+                                  input.name, input.unit, unit));
+    drive.row(i) = record.u.row(row);
+  }
+  return drive;
+}
+
+GeneratedRecord simulate_record(const Plant& plant, const Signal& record, SimulateOptions options) {
+  const Matrix slow = drive_of_record(plant, record);
+  if (slow.cols() == 0) throw UserError(fmt::format("plant \"{}\": expected a record with samples", plant.name));
+  const Index ratio = hold_samples_per_record_sample(plant, 1 / record.sample_time_s);
+  Matrix drive(slow.rows(), options.lead_samples + slow.cols() * ratio);
+  for (Index i = 0; i < slow.rows(); ++i) {
+    const Interpolation kind = interpolation_from(plant.inputs[static_cast<std::size_t>(i)].interpolation);
+    drive.row(i).head(options.lead_samples).setConstant(slow(i, 0));
+    drive.row(i).tail(slow.cols() * ratio) = interpolate(slow.row(i), ratio, kind);
+  }
+  GeneratedRecord result = run(plant, drive, 1 / record.sample_time_s, options);
+  result.signal.u = slow.leftCols(result.signal.y.cols());
+  result.signal.sample_time_s = record.sample_time_s;
+  result.signal.skip = record.skip;
+  return result;
+}
+
+}  // namespace wheelhop

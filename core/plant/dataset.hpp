@@ -1,0 +1,42 @@
+/// \file
+/// From a drive to a record as a measuring system would see it, and from a record back to a simulation.
+#pragma once
+
+#include <string>
+
+#include "core/plant/simulate.hpp"
+
+namespace wheelhop {
+
+struct GeneratedRecord {
+  Status status = Status::ok;
+  std::string message;
+  Signal signal;  ///< noise-free; whole only if the status is ok
+  Matrix states;  ///< 2n x N at the record's samples
+};
+
+/// Number of hold intervals in one sample of a record. UserError naming both rates unless it is a whole number >= 1.
+Index hold_samples_per_record_sample(const Plant& plant, double sampling_hz);
+
+/// Simulates a drive and keeps every sample of the record: u and y are picked at the record's instants, not filtered
+/// (an anti-alias filter would smear a static nonlinearity in time; the outputs of a plant under a road of 10 Hz hold
+/// 4e-11 of their power above 100 Hz).
+/// @param drive m x (lead + N * ratio) at the hold rate   @param sampling_hz divides the hold rate
+/// @param options `decimation` is set here. Statuses as `simulate`.
+GeneratedRecord generate_record(const Plant& plant, ConstMatrixRef drive, double sampling_hz,
+                                SimulateOptions options = {});
+
+/// Rows of `channels` put into the order of the plant's inputs, found by name. UserError naming missing inputs and the
+/// known channels, or a unit that differs from the plant's (an empty unit is taken as the plant's).
+Matrix drive_of_record(const Plant& plant, const Signal& record);
+
+/// Simulates the plant under the inputs of a record: finds them by name, brings each to the hold rate by its own
+/// `interpolation`, simulates, and keeps the record's instants.
+/// @param record u at sample_time_s; its outputs are not read
+/// @param options from the equilibrium of the first sample unless told otherwise; `decimation` is set here;
+///        `lead_samples`: the first drive sample is held over so many hold intervals before the record starts
+/// @return signal with the record's u and the plant's outputs, `skip` kept. Statuses as `simulate`.
+GeneratedRecord simulate_record(const Plant& plant, const Signal& record,
+                                SimulateOptions options = {.from_equilibrium = true});
+
+}  // namespace wheelhop

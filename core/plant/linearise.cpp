@@ -1,0 +1,124 @@
+#include "core/plant/linearise.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace wheelhop {
+namespace {
+
+/// Rows that give position, velocity or acceleration of a node from x, u and u'.
+struct Row {
+  Eigen::RowVectorXd c, d, d_rate;
+};
+
+Row node_row(const LinearPlant& model, const Motion& motion, SensorKind kind, Index node) {
+  const Index n = motion.masses(), m = motion.inputs();
+  Row row{Eigen::RowVectorXd::Zero(2 * n), Eigen::RowVectorXd::Zero(m), Eigen::RowVectorXd::Zero(m)};
+  if (node < n) {
+    switch (kind) {
+      case SensorKind::displacement: row.c(node) = 1; break;
+      case SensorKind::velocity: row.c(n + node) = 1; break;
+      case SensorKind::acceleration:
+        row.c = model.A.row(n + node);
+        row.d = model.B.row(n + node);
+        row.d_rate = model.B_rate.row(n + node);
+        break;
+    }
+    return row;
+  }
+  for (Index i = 0; i < m; ++i) {
+    if (motion.input_node(i) != node) continue;
+    if (kind == SensorKind::displacement) row.d(i) = 1;
+    if (kind == SensorKind::velocity) row.d_rate(i) = 1;
+  }
+  return row;
+}
+
+}  // namespace
+
+LinearPlant linearise(const Plant& plant, const Vector& state, const Vector& u) {
+  Motion motion(plant);
+  const Index n = motion.masses(), m = motion.inputs(), p = motion.sensors();
+  const Vector x = state.size() ? state : Vector::Zero(2 * n);
+  const Vector held = u.size() ? u : Vector::Zero(m);
+  if (x.size() != 2 * n || held.size() != m)
+    throw UserError(fmt::format("linearise: expected a state of {} and inputs of {} numbers, found {} and {}", 2 * n, m,
+                                x.size(), held.size()));
+  LinearPlant model;
+  const Vector at_rest = Vector::Zero(m);
+  motion.set_inputs(held.data(), at_rest.data());
+  Matrix stiffness, damping;
+  if (const int element = motion.slopes(x.data(), x.data() + n, stiffness, damping); element >= 0) {
+    model.status = Status::outside_domain;
+    model.message = fmt::format("the operating point lies outside the domain of element \"{}\" (travel {:.6g} m)",
+                                plant.elements[static_cast<std::size_t>(element)].name, motion.travel(element));
+    return model;
+  }
+  Vector inverse_mass(n);
+  for (Index i = 0; i < n; ++i) inverse_mass(i) = 1 / motion.mass_kg(i);
+
+  model.A = Matrix::Zero(2 * n, 2 * n);
+  model.A.topRightCorner(n, n).setIdentity();
+  model.A.bottomLeftCorner(n, n) = -(inverse_mass.asDiagonal() * stiffness.topLeftCorner(n, n));
+  model.A.bottomRightCorner(n, n) = -(inverse_mass.asDiagonal() * damping.topLeftCorner(n, n));
+  model.B = Matrix::Zero(2 * n, m);
+  model.B_rate = Matrix::Zero(2 * n, m);
+  for (Index i = 0; i < m; ++i) {
+    const Index node = motion.input_node(i);
+    if (node >= 0) {
+      model.B.col(i).tail(n) = -inverse_mass.cwiseProduct(stiffness.col(node).head(n));
+      model.B_rate.col(i).tail(n) = -inverse_mass.cwiseProduct(damping.col(node).head(n));
+    } else {
+      const auto [from, to] = motion.force_nodes(i);
+      if (from < n) model.B(n + from, i) -= inverse_mass(from);
+      if (to < n) model.B(n + to, i) += inverse_mass(to);
+    }
+  }
+  model.C = Matrix::Zero(p, 2 * n);
+  model.D = Matrix::Zero(p, m);
+  model.D_rate = Matrix::Zero(p, m);
+  for (Index s = 0; s < p; ++s) {
+    const Motion::SensorPlace& place = motion.sensor(s);
+    const Row from = node_row(model, motion, place.kind, place.from);
+    const Row to = node_row(model, motion, place.kind, place.to);
+    model.C.row(s) = to.c - from.c;
+    model.D.row(s) = to.d - from.d;
+    model.D_rate.row(s) = to.d_rate - from.d_rate;
+  }
+
+  const ComplexVector poles = eigenvalues(model.A);
+  const double growth = poles.real().maxCoeff();
+  // A double pole at zero (a mass that may drift) splits by the square root of the round-off.
+  if (growth > 1e-7 * poles.cwiseAbs().maxCoeff()) {
+    model.status = Status::unstable;
+    model.message = fmt::format("plant \"{}\" is unstable here: a pole at {:+.6g} 1/s", plant.name, growth);
+  }
+  return model;
+}
+
+std::vector<Mode> modes(ConstMatrixRef A) {
+  std::vector<Mode> list;
+  for (const std::complex<double>& pole : eigenvalues(A)) {
+    if (pole.imag() < 0) continue;
+    const double modulus = std::abs(pole);
+    list.push_back({modulus / (2 * std::numbers::pi), modulus > 0 ? -pole.real() / modulus : 0, pole});
+  }
+  std::sort(list.begin(), list.end(), [](const Mode& a, const Mode& b) {
+    return a.frequency_hz != b.frequency_hz ? a.frequency_hz < b.frequency_hz : a.damping_ratio < b.damping_ratio;
+  });
+  return list;
+}
+
+DiscreteInput discretise_zoh(ConstMatrixRef A, ConstMatrixRef B, double step_s) {
+  const Index n = A.rows(), m = B.cols();
+  Matrix joint = Matrix::Zero(n + m, n + m);
+  joint.topLeftCorner(n, n) = A * step_s;
+  joint.topRightCorner(n, m) = B * step_s;
+  const Matrix exponential = matrix_exponential(joint);
+  return {exponential.topLeftCorner(n, n), exponential.topRightCorner(n, m)};
+}
+
+}  // namespace wheelhop
