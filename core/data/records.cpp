@@ -1,0 +1,208 @@
+#include "core/data/records.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include "core/base/files.hpp"
+#include "core/base/json.hpp"
+#include "core/base/status.hpp"
+#include "core/data/table.hpp"
+#include "core/data/time_axis.hpp"
+
+namespace wheelhop {
+namespace fs = std::filesystem;
+namespace {
+
+const std::vector<std::string> kRoles = {"estimation", "validation"};
+
+/// The tables of the set by file name, each read once.
+class Tables {
+ public:
+  Tables(fs::path folder, const std::vector<Channel>& inputs, const std::vector<Channel>& outputs)
+      : folder_(std::move(folder)), wanted_{"t"} {
+    for (const auto* channels : {&inputs, &outputs})
+      for (const Channel& channel : *channels)
+        if (std::find(wanted_.begin(), wanted_.end(), channel.name) == wanted_.end()) wanted_.push_back(channel.name);
+  }
+
+  const Table& get(const std::string& file) {
+    const auto known = tables_.find(file);
+    return known != tables_.end() ? known->second
+                                  : tables_.emplace(file, read_table(path(file), wanted_)).first->second;
+  }
+
+  fs::path path(const std::string& file) const { return folder_ / file; }
+
+  /// Every column of every file except the time.
+  std::vector<std::string> channel_names() const {
+    std::vector<std::string> result;
+    for (const auto& [file, table] : tables_)
+      for (const std::string& name : table.names)
+        if (name != "t" && std::find(result.begin(), result.end(), name) == result.end()) result.push_back(name);
+    return result;
+  }
+
+ private:
+  fs::path folder_;
+  std::vector<std::string> wanted_;
+  std::map<std::string, Table> tables_;
+};
+
+Index column(const Table& table, const std::string& name, const fs::path& file) {
+  const Index row = table.find(name);
+  if (row >= 0) return row;
+  const std::string nearest = nearest_name(name, table.names);
+  throw UserError(fmt::format("{}: expected a column \"{}\", found only: {}{}", file.string(), name,
+                              join_names(table.names),
+                              nearest.empty() ? "" : fmt::format("; did you mean \"{}\" by \"{}\"?", name, nearest)));
+}
+
+Matrix rows(const Table& table, const std::vector<Channel>& channels, const fs::path& file, Index first, Index count) {
+  Matrix result(static_cast<Index>(channels.size()), count);
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    result.row(static_cast<Index>(i)) = table.columns.row(column(table, channels[i].name, file)).segment(first, count);
+  return result;
+}
+
+/// First sample and number of samples that a record takes from a file of `total`.
+std::pair<Index, Index> read_range(const JsonCursor& record, Index total) {
+  const auto range = record.find("range");
+  if (!range) return {0, total};
+  const std::vector<JsonCursor> ends = range->items();
+  if (ends.size() != 2) range->fail("[first, last) in samples");
+  const Index first = ends[0].integer(0), last = ends[1].integer(0);
+  if (first >= last) range->fail("[first, last) with first < last");
+  if (last > total)
+    throw UserError(fmt::format("{}: expected samples within the file, which has {}, found [{}, {})", range->where(),
+                                total, first, last));
+  return {first, last - first};
+}
+
+Record read_record(const JsonCursor& cursor, double sampling_hz, const std::vector<Channel>& inputs,
+                   const std::vector<Channel>& outputs, Tables& tables) {
+  Record record;
+  const JsonCursor name = cursor.at("file");
+  record.file = name.string();
+  if (record.file.empty()) name.fail("the name of a file");
+  record.role = cursor.at("role").one_of(kRoles);
+  record.repeat_of = cursor.string("repeat_of", "");
+  const auto skip = cursor.find("skip_initial");
+  cursor.find("range");
+  cursor.done();
+  const Table& table = tables.get(record.file);
+  const fs::path file = tables.path(record.file);
+  const auto [first, count] = read_range(cursor, table.columns.cols());
+  if (count < 2)
+    throw UserError(
+        fmt::format("{}: expected at least two samples of {}, found {}", cursor.where(), file.string(), count));
+  record.first = first;
+  Signal& signal = record.signal;
+  if (skip) {
+    signal.skip = skip->integer(0);
+    if (signal.skip >= count) skip->fail(fmt::format("fewer than the {} samples of the record", count));
+  }
+  const Vector t = table.columns.row(column(table, "t", file)).segment(first, count).transpose();
+  check_time_axis(t, sampling_hz, file, first);
+  signal.u = rows(table, inputs, file, first, count);
+  signal.y = rows(table, outputs, file, first, count);
+  signal.sample_time_s = 1 / sampling_hz;
+  signal.inputs = inputs;
+  signal.outputs = outputs;
+  return record;
+}
+
+void read_noise(const JsonCursor& cursor, const std::vector<std::string>& channels,
+                std::map<std::string, double>& out) {
+  if (!cursor.is_object()) cursor.fail("an object of standard deviations by channel");
+  for (const std::string& name : channels)
+    if (const auto value = cursor.find(name)) {
+      out[name] = value->number();
+      if (!(out[name] > 0)) value->fail("a number > 0");
+    }
+  cursor.done();
+}
+
+/// Checks the set before anything is written, and gives every record a file name.
+std::vector<std::string> file_names(const RecordSet& set) {
+  std::vector<std::string> names;
+  std::set<std::string> seen;
+  for (std::size_t i = 0; i < set.records.size(); ++i) {
+    const Record& record = set.records[i];
+    const Signal& signal = record.signal;
+    const std::string name = record.file.empty() ? fmt::format("record_{}.csv", i + 1) : record.file;
+    const auto fail = [&](const char* what) { throw std::invalid_argument("write_records: " + name + ": " + what); };
+    if (fs::path(name).filename() != name || name == "records.json") fail("not the name of a file in the folder");
+    if (!seen.insert(name).second) fail("two records share this file");
+    if (std::find(kRoles.begin(), kRoles.end(), record.role) == kRoles.end()) fail("unknown role");
+    if (std::abs(signal.sample_time_s * set.sampling_hz - 1) > 1e-9) fail("another rate than the set");
+    if (static_cast<Index>(signal.inputs.size()) != signal.u.rows() ||
+        static_cast<Index>(signal.outputs.size()) != signal.y.rows() || signal.u.cols() != signal.y.cols())
+      fail("channel names, inputs and outputs differ in number");
+    names.push_back(name);
+  }
+  return names;
+}
+
+Table to_table(const Signal& signal, double sampling_hz) {
+  Table table;
+  table.names = {"t"};
+  for (const Channel& channel : signal.inputs) table.names.push_back(channel.name);
+  for (const Channel& channel : signal.outputs) table.names.push_back(channel.name);
+  table.columns.resize(static_cast<Index>(table.names.size()), signal.samples());
+  // Division, unlike multiplication by the period, gives the double nearest to a short decimal: 0.015, not
+  // 0.015000...02.
+  for (Index k = 0; k < signal.samples(); ++k) table.columns(0, k) = static_cast<double>(k) / sampling_hz;
+  table.columns.middleRows(1, signal.u.rows()) = signal.u;
+  table.columns.bottomRows(signal.y.rows()) = signal.y;
+  return table;
+}
+
+}  // namespace
+
+std::vector<const Record*> RecordSet::with_role(const std::string& role) const {
+  std::vector<const Record*> result;
+  for (const Record& record : records)
+    if (record.role == role) result.push_back(&record);
+  return result;
+}
+
+RecordSet load_records(const fs::path& file, const std::vector<Channel>& inputs, const std::vector<Channel>& outputs) {
+  const JsonCursor cursor = JsonCursor::load(file);
+  RecordSet set;
+  const JsonCursor rate = cursor.at("sampling_hz");
+  set.sampling_hz = rate.number();
+  if (!(set.sampling_hz > 0 && std::isfinite(1 / set.sampling_hz))) rate.fail("a rate > 0 in Hz");
+  const JsonCursor list = cursor.at("records");
+  const auto noise = cursor.find("noise_std");
+  cursor.done();
+  const std::vector<JsonCursor> items = list.items();
+  if (items.empty()) list.fail("at least one record");
+  Tables tables(cursor.directory(), inputs, outputs);
+  for (const JsonCursor& item : items)
+    set.records.push_back(read_record(item, set.sampling_hz, inputs, outputs, tables));
+  if (noise) read_noise(*noise, tables.channel_names(), set.noise_std);
+  return set;
+}
+
+void write_records(const fs::path& folder, const RecordSet& set) {
+  const std::vector<std::string> names = file_names(set);
+  require_writable_folder(folder);
+  Json records = Json::array();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const Record& record = set.records[i];
+    write_table(folder / names[i], to_table(record.signal, set.sampling_hz));
+    Json item = {{"file", names[i]}, {"role", record.role}};
+    if (!record.repeat_of.empty()) item["repeat_of"] = record.repeat_of;
+    if (record.signal.skip > 0) item["skip_initial"] = record.signal.skip;
+    records.push_back(std::move(item));
+  }
+  Json out = {{"sampling_hz", set.sampling_hz}, {"records", std::move(records)}};
+  if (!set.noise_std.empty()) out["noise_std"] = set.noise_std;
+  write_json(folder / "records.json", out);
+}
+
+}  // namespace wheelhop
