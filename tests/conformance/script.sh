@@ -131,6 +131,30 @@ check "test ends with ctest's summary" grep -q '100% tests passed' "$work/stdout
 call test -R absent
 check 'no test found is a failure' test $status -eq 1
 
+# Figure packages, with stand-ins for Node.js.
+mkdir "$work/node"
+echo '{}' >"$home/plots/package-lock.json"
+printf '#!/bin/sh\necho v18.0.0\n' >"$work/node/node"
+printf '#!/bin/sh\nexit 1\n' >"$work/node/npm"
+chmod +x "$work"/node/*
+searched=$PATH
+PATH="$work/node:$PATH"
+call list
+check 'figure packages are left alone where no figure is drawn' test ! -s "$work/stderr"
+call reproduce
+check 'figure packages that cannot be installed are said to be left out' said 'left out'
+check 'figure packages that cannot be installed do not stop the run' grep -q 'arguments=reproduce' "$work/stdout"
+printf '#!/bin/sh\nmkdir -p "$3/node_modules" && : >"$3/node_modules/.package-lock.json"\n' >"$work/node/npm"
+call reproduce
+check 'figure packages are installed' said 'npm ci'
+call reproduce
+check 'figure packages are installed once' test ! -s "$work/stderr"
+printf '#!/bin/sh\necho v16.20.0\n' >"$work/node/node"
+later "$home/plots/package-lock.json"
+call reproduce
+check 'an old Node.js is named' said 'Node.js 18 is needed, found 16'
+PATH=$searched
+
 # Packages, with stand-ins for Debian's tools: all are installed but one, and the lists do not know it at first.
 if [[ -e /etc/debian_version ]]; then
   unset WHEELHOP_NO_INSTALL
