@@ -3,7 +3,7 @@ import { readFileSync } from 'node:fs';
 import * as vega from 'vega';
 import { compile } from 'vega-lite';
 import { LINES } from './input.mjs';
-import { escape, percent, unitText } from './text.mjs';
+import { escape, percent, seconds, unitText } from './text.mjs';
 
 const template = readFileSync(new URL('figure.vl.json', import.meta.url), 'utf8');
 
@@ -24,7 +24,8 @@ export function specification(figures, signal) {
   const spec = JSON.parse(template);
   const [bands, , lines] = spec.layer;
   spec.title.text = `Figure ${signal.figure}: ${signal.title}`;
-  spec.title.subtitle = `Free run on the validation record of realisation ${figures.realisation}; percentages: VAF over the whole record`;
+  spec.title.subtitle =
+    `Free run on the validation record of realisation ${figures.realisation}; percentages: VAF over the whole record`;
   spec.params[0].value = Object.fromEntries(
     LINES.map((line) => [line, line === 'measured' ? line : `${line} ${percent(signal.vaf[line])}`]),
   );
@@ -44,17 +45,18 @@ export function specification(figures, signal) {
 /** Which line is which, for the caption. */
 export function caption(figures, signal) {
   return (
-    `${signal.title}, ${figures.from} to ${figures.to} s: measured (thick, solid), linear model (dashed), ` +
+    `${signal.title}, ${seconds(figures.from)} to ${seconds(figures.to)} s: measured (thick, solid), linear model (dashed), ` +
     `nonlinear model (dash-dotted) and refined model (thin, solid).`
   );
 }
 
 /** What the figure shows, in words: for readers who do not see it. */
 function description(figures, signal) {
+  const span = ({ from_s, to_s }) => `${seconds(from_s)} to ${seconds(to_s)} s`;
   const vaf = ['linear', 'nonlinear', 'refined'].map((line) => `${line} ${percent(signal.vaf[line])}`).join(', ');
   return (
-    `${caption(figures, signal)} The linear model fails from ${figures.fails.from_s} to ${figures.fails.to_s} s and does well ` +
-    `from ${figures.doesWell.from_s} to ${figures.doesWell.to_s} s. Variance accounted for over the whole record: ${vaf}.`
+    `${caption(figures, signal)} The linear model fails from ${span(figures.fails)} and does well from ` +
+    `${span(figures.doesWell)}. Variance accounted for over the whole record: ${vaf}.`
   );
 }
 

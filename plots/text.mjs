@@ -26,3 +26,8 @@ export function nameText(name) {
   const words = name.replace(/_/g, ' ');
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
+
+/** Seconds to the millisecond, without the dust of binary fractions. */
+export function seconds(value) {
+  return String(Math.round(value * 1000) / 1000);
+}
