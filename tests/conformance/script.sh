@@ -128,6 +128,8 @@ check 'a moved folder is built anew' grep -qF "home=$home " "$work/stdout"
 call test -R stand_in
 check 'test builds the tests and passes' test $status -eq 0
 check "test ends with ctest's summary" grep -q '100% tests passed' "$work/stdout"
+call list
+check 'after test the program is up to date too' test ! -s "$work/stderr"
 call test -R absent
 check 'no test found is a failure' test $status -eq 1
 
