@@ -65,6 +65,11 @@ bool parse_number(std::string_view cell, double& value) {
 }
 
 std::vector<std::string> parse_header(std::string_view line, const std::string& source) {
+  const auto binary = std::find_if(line.begin(), line.end(),
+                                   [](unsigned char c) { return (c < 32 && c != '\t' && c != '\r') || c == 127; });
+  if (binary != line.end())
+    fail(source, 1, static_cast<std::size_t>(binary - line.begin()) + 1,
+         "expected a line of names, found binary content");
   std::vector<std::string> names;
   std::size_t numbers = 0;
   for (std::size_t start = 0; start <= line.size();) {
@@ -77,8 +82,6 @@ std::vector<std::string> parse_header(std::string_view line, const std::string& 
     for (std::size_t i = 0; (i = name.find("\"\"", i)) != std::string::npos; ++i) name.erase(i, 1);
     if (name.empty())
       fail(source, 1, start + 1, fmt::format("expected a name for channel {}, found none", names.size() + 1));
-    if (std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 32 || c == 127; }))
-      fail(source, 1, start + 1, "expected a line of names, found binary content");
     if (std::find(names.begin(), names.end(), name) != names.end())
       fail(source, 1, start + 1, fmt::format("expected each name once, found \"{}\" again", excerpt(name)));
     double ignored;

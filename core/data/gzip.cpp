@@ -23,8 +23,8 @@ Bytef* bytes(const char* text) { return reinterpret_cast<Bytef*>(const_cast<char
 
 struct Inflater {
   z_stream stream{};
-  Inflater() {
-    if (inflateInit2(&stream, kGzipWindow) != Z_OK) throw std::runtime_error("zlib: out of memory");
+  explicit Inflater(int window) {
+    if (inflateInit2(&stream, window) != Z_OK) throw std::runtime_error("zlib: out of memory");
   }
   ~Inflater() { inflateEnd(&stream); }
   Inflater(const Inflater&) = delete;
@@ -37,7 +37,7 @@ std::string unpack_gzip(const std::string& packed, const std::string& source) {
   if (packed.size() < 2 || packed[0] != '\x1f' || packed[1] != '\x8b')
     throw UserError(fmt::format("{}: expected a gzip stream, found {}", source,
                                 packed.empty() ? "an empty file" : "other content"));
-  Inflater inflater;
+  Inflater inflater(kGzipWindow);
   z_stream& stream = inflater.stream;
   std::string content;
   std::size_t read = 0, written = 0;
@@ -66,6 +66,25 @@ std::string unpack_gzip(const std::string& packed, const std::string& source) {
   }
   content.resize(written);
   return content;
+}
+
+bool is_intact_zlib(std::string_view packed) {
+  Inflater inflater(15);
+  std::string scrap(1 << 16, '\0');
+  std::size_t read = 0;
+  for (;;) {
+    z_stream& stream = inflater.stream;
+    stream.next_in = bytes(packed.data() + read);
+    stream.avail_in = piece(packed.size() - read);
+    stream.next_out = bytes(scrap.data());
+    stream.avail_out = piece(scrap.size());
+    const uInt in = stream.avail_in;
+    const int outcome = inflate(&stream, Z_NO_FLUSH);
+    read += in - stream.avail_in;
+    if (outcome == Z_STREAM_END) return true;
+    // Without progress in either direction zlib answers Z_BUF_ERROR, so this loop ends.
+    if (outcome != Z_OK) return false;
+  }
 }
 
 std::string pack_gzip(const std::string& content) {

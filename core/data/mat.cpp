@@ -7,12 +7,14 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <set>
 
 #include "core/base/files.hpp"
 #include "core/base/json.hpp"
 #include "core/base/status.hpp"
+#include "core/data/gzip.hpp"
 
 namespace wheelhop {
 namespace fs = std::filesystem;
@@ -74,6 +76,31 @@ Vector values_of(const matvar_t& variable, const fs::path& file, const std::stri
   return result;
 }
 
+/// matio reads past the end of a shortened file and reports zeros; so the elements of the file (a tag of two 32-bit
+/// words, kind and size, then content) are walked first, and packed ones are checked.
+void check_elements(const std::string& content, const fs::path& file) {
+  constexpr std::size_t header = 128;
+  const auto refuse = [&](const char* what) { throw UserError(fmt::format("{}: {}", file.string(), what)); };
+  const bool reversed = content.compare(126, 2, "MI") == 0;
+  const auto word = [&](std::size_t place) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+      value |= static_cast<std::uint32_t>(static_cast<unsigned char>(content[place + (reversed ? 3 - i : i)]))
+               << (8 * i);
+    return value;
+  };
+  for (std::size_t place = header; place < content.size();) {
+    if (content.size() - place < 8) refuse("truncated: it ends inside the tag of a variable");
+    const std::uint32_t kind = word(place), size = word(place + 4);
+    place += 8;
+    if (size > content.size() - place) refuse("truncated: it ends inside a variable");
+    constexpr std::uint32_t packed = 15;
+    if (kind == packed && !is_intact_zlib(std::string_view(content).substr(place, size)))
+      refuse("damaged: a packed variable does not unpack");
+    place += size;
+  }
+}
+
 bool is_matlab_name(const std::string& name) {
   return !name.empty() && name.size() <= 63 && std::isalpha(static_cast<unsigned char>(name[0])) &&
          std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
@@ -98,10 +125,20 @@ bool write_variables(const fs::path& file, const Table& table) {
 
 Table read_mat(const fs::path& file, const std::vector<std::string>& wanted) {
   silence();
-  if (read_file(file).empty())
-    throw UserError(fmt::format("{}: expected a MAT file, found an empty file", file.string()));
-  File in(Mat_Open(file.c_str(), MAT_ACC_RDONLY));
-  if (!in) throw UserError(fmt::format("{}: expected a MATLAB file (version 5), found other content", file.string()));
+  const std::string content = read_file(file);
+  const auto refuse = [&](const char* found) {
+    throw UserError(
+        fmt::format("{}: expected a MATLAB file of version 5 (save -v6 or -v7), found {}", file.string(), found));
+  };
+  if (content.empty()) refuse("an empty file");
+  // A header of version 5 says so at byte 124, in the byte order that "IM" or "MI" behind it shows.
+  if (content.size() < 128 || !content.starts_with("MATLAB")) refuse("other content");
+  const std::string version = content.substr(124, 4);
+  if (version == std::string("\0\2IM", 4) || version == std::string("\2\0MI", 4)) refuse("version 7.3");
+  if (version != std::string("\0\1IM", 4) && version != std::string("\1\0MI", 4)) refuse("other content");
+  check_elements(content, file);
+  const File in(Mat_Open(file.c_str(), MAT_ACC_RDONLY));
+  if (!in) refuse("other content");
   std::size_t count = 0;
   char* const* directory = Mat_GetDir(in.get(), &count);
   std::vector<std::string> present;

@@ -1,0 +1,564 @@
+// Measurement files as users bring them: what is read, what is refused, and what the refusal says.
+#include "core/data/records.hpp"
+
+#include <fmt/format.h>
+#include <matio.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cstring>
+#include <functional>
+
+#include "core/base/files.hpp"
+#include "core/base/random.hpp"
+#include "core/base/status.hpp"
+#include "core/data/csv.hpp"
+#include "core/data/gzip.hpp"
+#include "core/data/mat.hpp"
+#include "core/data/metrics.hpp"
+#include "core/data/noise.hpp"
+#include "core/data/table.hpp"
+#include "tests/support/folder.hpp"
+
+using namespace wheelhop;
+using Catch::Contains;
+using Catch::Equals;
+namespace fs = std::filesystem;
+
+namespace {
+
+Table csv(const std::string& text) { return parse_csv(text, "f.csv"); }
+
+const std::vector<Channel> kInputs = {{"road", "m"}};
+const std::vector<Channel> kOutputs = {{"travel", "m"}, {"acc", "m/s^2"}};
+
+/// Columns t, road, travel, acc, extra at the rate; instants printed with `format`.
+std::string record_text(int samples, double hz, const char* format = "{}", double start = 0) {
+  std::string text = "t,road,travel,acc,extra\n";
+  for (int k = 0; k < samples; ++k)
+    text += fmt::format(fmt::runtime(format), start + k / hz) + fmt::format(",{},{},{},7\n", k, 10 + k, -k);
+  return text;
+}
+
+/// A folder with one CSV file and a records.json; `load` reads them.
+struct Set {
+  test::Folder folder;
+  explicit Set(const std::string& text, const std::string& name = "a.csv") { write_file(folder / name, text); }
+  RecordSet load(const std::string& json) const {
+    write_file(folder / "records.json", json);
+    return load_records(folder / "records.json", kInputs, kOutputs);
+  }
+  RecordSet at(double hz) const {
+    return load(fmt::format(R"({{"sampling_hz": {}, "records": [{{"file": "a.csv", "role": "estimation"}}]}})", hz));
+  }
+  RecordSet with(const std::string& members) const {
+    return load(R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimation", )" + members + "}]}");
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a CSV is read by name with byte order mark, CR LF, quotes, spaces and blank lines at the end") {
+  const Table table =
+      csv("\xef\xbb\xbf\"t\", road ,\"a,b\",\"say \"\"so\"\"\"\r\n0,1e3,-.5,+2\r\n 0.1 ,\"2\",3.,4\r\n\r\n \n");
+  CHECK(table.names == std::vector<std::string>{"t", "road", "a,b", "say \"so\""});
+  REQUIRE(table.columns.cols() == 2);
+  CHECK(table.columns.col(0) == (Vector(4) << 0, 1000, -0.5, 2).finished());
+  CHECK(table.columns.col(1) == (Vector(4) << 0.1, 2, 3, 4).finished());
+  CHECK(table.find("road") == 1);
+  CHECK(table.find("nothing") == -1);
+  CHECK(csv("a\n1").columns(0, 0) == 1);
+  CHECK(csv("a\n1e-400\n").columns(0, 0) == 0);
+  CHECK(csv("a\n4.9e-324\n").columns(0, 0) > 0);
+}
+
+TEST_CASE("a broken CSV is refused with file, line and column") {
+  CHECK_THROWS_WITH(csv(""), Equals("f.csv: expected a line of names, found an empty file"));
+  CHECK_THROWS_WITH(csv("\n \r\n"), Contains("found an empty file"));
+  CHECK_THROWS_WITH(csv("\xef\xbb\xbf"), Contains("found an empty file"));
+  CHECK_THROWS_WITH(csv("a,b\n"), Equals("f.csv: line 2, column 1: expected a sample, found the end of the file"));
+  CHECK_THROWS_WITH(csv("a,b\n1,2\n3\n"), Equals("f.csv: line 3, column 2: expected 2 cells, found 1"));
+  CHECK_THROWS_WITH(csv("a,b\n1,2,3\n"), Equals("f.csv: line 2, column 5: expected 2 cells, found 3"));
+  CHECK_THROWS_WITH(csv("a,b\n1,2,\n"), Contains("line 2, column 5: expected 2 cells, found 3"));
+  CHECK_THROWS_WITH(csv("a,b\n1,x\n"), Equals("f.csv: line 2, column 3: expected a number for \"b\", found \"x\""));
+  CHECK_THROWS_WITH(csv("a,b\n1,2 3\n"), Contains("found \"2 3\""));
+  CHECK_THROWS_WITH(csv("a,b\n1,0x10\n"), Contains("line 2, column 3: expected a number"));
+  CHECK_THROWS_WITH(csv("a,b\n1,1.5kg\n"), Contains("line 2, column 3: expected a number"));
+  CHECK_THROWS_WITH(csv("a,b\n1,\n"),
+                    Equals("f.csv: line 2, column 3: expected a number for \"b\", found an empty cell"));
+  CHECK_THROWS_WITH(csv("a,b\n,1\n"), Contains("line 2, column 1: expected a number for \"a\", found an empty cell"));
+  for (const char* cell : {"NaN", "nan", "inf", "-Infinity", "1e400", "-1e999"})
+    CHECK_THROWS_WITH(csv(fmt::format("a,b\n1,2\n3,{}\n", cell)),
+                      Contains("line 3, column 3: expected a finite number for \"b\""));
+  CHECK_THROWS_WITH(csv("a,b\n1,2\n\n3,4\n"), Contains("line 3, column 1: expected a sample, found a blank line"));
+}
+
+TEST_CASE("a broken header is refused with the place of the name") {
+  CHECK_THROWS_WITH(csv("a,b,a\n1,2,3\n"),
+                    Equals("f.csv: line 1, column 5: expected each name once, found \"a\" again"));
+  CHECK_THROWS_WITH(csv("a,,b\n1,2,3\n"), Contains("line 1, column 3: expected a name for channel 2"));
+  CHECK_THROWS_WITH(csv("a,b,\n1,2,3\n"), Contains("line 1, column 5: expected a name for channel 3"));
+  CHECK_THROWS_WITH(csv("0,1.5\n1,2\n"), Contains("expected a header line of names, found numbers"));
+  CHECK_THROWS_WITH(csv("t;road\n1;2\n"), Contains("separated by commas"));
+  CHECK_THROWS_WITH(csv("\"a,b\n1,2\n"), Contains("expected a closing quote"));
+}
+
+TEST_CASE("binary content and folders under a CSV name are refused, whatever the bytes") {
+  CHECK_THROWS_WITH(csv(std::string("\x7f"
+                                    "ELF\x02\x01\0\0",
+                                    8)),
+                    Contains("binary content"));
+  CHECK_THROWS_AS(csv(std::string(1000, '\0')), UserError);
+  Random random(1, Stream::noise);
+  for (int i = 0; i < 2000; ++i) {
+    std::string junk = i % 2 ? "a,b\n1,2\n" : "";
+    for (Index k = random.integer(60); k >= 0; --k) junk += static_cast<char>(random.integer(256));
+    try {
+      const Table table = csv(junk);
+      CHECK(all_finite(table.columns));
+      CHECK(table.columns.rows() == static_cast<Index>(table.names.size()));
+    } catch (const UserError&) {
+    }
+  }
+  const test::Folder folder;
+  fs::create_directory(folder / "x.csv");
+  CHECK_THROWS_WITH(read_table(folder / "x.csv"), Contains("Is a directory"));
+  CHECK_THROWS_WITH(read_table(folder / "none.csv"), Contains("No such file"));
+  CHECK_THROWS_WITH(read_table(folder / "a.xlsx"), Contains("expected a file name ending in .csv, .csv.gz or .mat"));
+}
+
+TEST_CASE(
+    "every finite double survives CSV, compressed CSV and MAT bit for bit, and the bytes are the same every time") {
+  const test::Folder folder;
+  Table table;
+  table.names = {"t", "x_1", "y"};
+  table.columns = Random(3, Stream::noise).normal(3, 500);
+  table.columns.col(0) << 0.1, -0.0, 1.7976931348623157e308;
+  table.columns.col(1) << 5e-324, 1e22, 123456789012345678.0;
+  for (const char* name : {"a.csv", "a.csv.gz", "A.CSV.GZ", "a.mat"}) {
+    write_table(folder / name, table);
+    const Table again = read_table(folder / name);
+    CHECK(again.names == table.names);
+    REQUIRE(again.columns.size() == table.columns.size());
+    CHECK(std::memcmp(again.columns.data(), table.columns.data(), sizeof(double) * 1500) == 0);
+    const std::string bytes = read_file(folder / name);
+    write_table(folder / name, table);
+    CHECK(read_file(folder / name) == bytes);
+  }
+  CHECK(folder.names() == std::vector<std::string>{"A.CSV.GZ", "a.csv", "a.csv.gz", "a.mat"});
+  table.names[1] = " odd, \"name\"";
+  write_csv(folder / "a.csv", table);
+  CHECK(read_csv(folder / "a.csv").names == std::vector<std::string>{"t", " odd, \"name\"", "y"});
+  table.columns(2, 7) = std::nan("");
+  CHECK_THROWS_WITH(write_table(folder / "b.csv", table), Contains("channel \"y\" is not finite at sample 7"));
+  CHECK_FALSE(fs::exists(folder / "b.csv"));
+}
+
+TEST_CASE("a damaged gzip stream is refused at every length and for every flipped byte that matters") {
+  const test::Folder folder;
+  const std::string text = record_text(300, 200);
+  const std::string packed = pack_gzip(text);
+  CHECK(unpack_gzip(packed, "f") == text);
+  CHECK(unpack_gzip(packed + packed, "f") == text + text);
+  CHECK(unpack_gzip(packed + std::string(512, '\0'), "f") == text);
+  CHECK(unpack_gzip(pack_gzip(""), "f").empty());
+  for (std::size_t length = 0; length < packed.size(); length += 1 + length / 50)
+    CHECK_THROWS_AS(unpack_gzip(packed.substr(0, length), "f"), UserError);
+  CHECK_THROWS_WITH(unpack_gzip(packed.substr(0, packed.size() / 2), "f"), Contains("f: truncated"));
+  for (std::size_t place = 10; place < packed.size(); place += 13) {
+    std::string bad = packed;
+    bad[place] = static_cast<char>(bad[place] ^ 0x20);
+    CHECK_THROWS_AS(unpack_gzip(bad, "f"), UserError);
+  }
+  CHECK_THROWS_WITH(unpack_gzip(packed + "junk", "f"), Contains("content after the gzip stream"));
+  write_file(folder / "plain.csv.gz", text);
+  CHECK_THROWS_WITH(read_table(folder / "plain.csv.gz"), Contains("plain.csv.gz: expected a gzip stream"));
+  write_file(folder / "packed.csv", packed);
+  CHECK_THROWS_WITH(read_table(folder / "packed.csv"),
+                    Contains("packed.csv: line 1, column 1: expected a line of names, found binary"));
+}
+
+TEST_CASE("a large CSV is read at more than two million cells a second") {
+  std::string text = "t,u,y\n";
+  Random random(1, Stream::noise);
+  for (int k = 0; k < 131072; ++k)
+    text += fmt::format("{},{:.6},{:.6}\n", k / 610.3515625, random.normal(), random.normal());
+  double best = 1e9;
+  for (int i = 0; i < 3; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    REQUIRE(csv(text).columns.cols() == 131072);
+    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  }
+  CAPTURE(best);
+  CHECK(best < 0.2);
+}
+
+namespace {
+
+/// Writes one MAT variable of any kind.
+void put(mat_t* file, const char* name, matio_classes kind, matio_types type, std::vector<std::size_t> dims,
+         const void* data, int options = 0) {
+  matvar_t* variable =
+      Mat_VarCreate(name, kind, type, static_cast<int>(dims.size()), dims.data(), const_cast<void*>(data), options);
+  REQUIRE(variable != nullptr);
+  REQUIRE(Mat_VarWrite(file, variable, MAT_COMPRESSION_ZLIB) == 0);
+  Mat_VarFree(variable);
+}
+
+void make_mat(const fs::path& path, const std::function<void(mat_t*)>& fill) {
+  mat_t* file = Mat_CreateVer(path.c_str(), nullptr, MAT_FT_MAT5);
+  REQUIRE(file != nullptr);
+  fill(file);
+  Mat_Close(file);
+}
+
+}  // namespace
+
+TEST_CASE("MAT vectors are read whatever their number type and direction, among other variables") {
+  const test::Folder folder;
+  const double t[] = {0, 0.5, 1};
+  const float single[] = {0.5f, -1, 2};
+  const std::int16_t whole[] = {-3, 4, 32000};
+  const std::uint8_t bytes[] = {0, 255, 7};
+  make_mat(folder / "a.mat", [&](mat_t* f) {
+    put(f, "note", MAT_C_CHAR, MAT_T_UINT8, {1, 5}, "hello");
+    put(f, "t", MAT_C_DOUBLE, MAT_T_DOUBLE, {3, 1}, t);
+    put(f, "single", MAT_C_SINGLE, MAT_T_SINGLE, {1, 3}, single);
+    put(f, "whole", MAT_C_INT16, MAT_T_INT16, {1, 3}, whole);
+    put(f, "bytes", MAT_C_UINT8, MAT_T_UINT8, {3, 1}, bytes);
+  });
+  const Table table = read_table(folder / "a.mat", {"whole", "t", "single", "bytes"});
+  CHECK(table.names[0] == "whole");
+  const Matrix expected = (Matrix(4, 3) << -3, 4, 32000, 0, 0.5, 1, 0.5, -1, 2, 0, 255, 7).finished();
+  CHECK(table.columns == expected);
+  CHECK_THROWS_WITH(read_table(folder / "a.mat"), Contains("variable \"note\": expected a vector of numbers"));
+  CHECK_THROWS_WITH(read_table(folder / "a.mat", {"road"}),
+                    Contains("variable \"road\": not there; known names: note, t, single"));
+}
+
+TEST_CASE("MAT variables that are no real finite vectors of one length are refused by name") {
+  const test::Folder folder;
+  double re[] = {1, 2, 3, 4}, im[] = {0, 1, 0, 1}, bad[] = {1, std::nan(""), 3, 4};
+  mat_complex_split_t z = {re, im};
+  make_mat(folder / "a.mat", [&](mat_t* f) {
+    put(f, "t", MAT_C_DOUBLE, MAT_T_DOUBLE, {4, 1}, re);
+    put(f, "z", MAT_C_DOUBLE, MAT_T_DOUBLE, {4, 1}, &z, MAT_F_COMPLEX);
+    put(f, "m", MAT_C_DOUBLE, MAT_T_DOUBLE, {2, 2}, re);
+    put(f, "s", MAT_C_DOUBLE, MAT_T_DOUBLE, {3, 1}, re);
+    put(f, "n", MAT_C_DOUBLE, MAT_T_DOUBLE, {4, 1}, bad);
+    put(f, "e", MAT_C_DOUBLE, MAT_T_DOUBLE, {0, 0}, re);
+  });
+  CHECK_THROWS_WITH(read_mat(folder / "a.mat", {"t", "z"}), Contains("variable \"z\": expected real numbers"));
+  CHECK_THROWS_WITH(read_mat(folder / "a.mat", {"t", "m"}),
+                    Contains("variable \"m\": expected a vector, found a matrix"));
+  CHECK_THROWS_WITH(read_mat(folder / "a.mat", {"t", "s"}),
+                    Contains("variable \"s\": expected 4 values as in \"t\", found 3"));
+  CHECK_THROWS_WITH(read_mat(folder / "a.mat", {"t", "n"}),
+                    Contains("variable \"n\": expected finite numbers, found nan at sample 1"));
+  CHECK_THROWS_WITH(read_mat(folder / "a.mat", {"t", "e"}),
+                    Contains("variable \"e\": expected a vector, found an empty"));
+  const Table table{{"ok", "not ok"}, Matrix::Zero(2, 3)};
+  CHECK_THROWS_WITH(write_mat(folder / "b.mat", table),
+                    Contains("variable \"not ok\": expected a name MATLAB accepts"));
+  CHECK_THROWS_WITH(write_mat(folder / "none" / "b.mat", {{"t"}, Matrix::Zero(1, 3)}), Contains("cannot write"));
+}
+
+TEST_CASE("a file that is no MAT file, or a truncated one, is refused") {
+  const test::Folder folder;
+  write_file(folder / "empty.mat", "");
+  CHECK_THROWS_WITH(read_table(folder / "empty.mat"), Contains("found an empty file"));
+  write_file(folder / "text.mat", record_text(50, 200));
+  CHECK_THROWS_AS(read_table(folder / "text.mat"), UserError);
+  write_mat(folder / "good.mat", {{"t", "u"}, Matrix::Random(2, 50)});
+  const std::vector<double> ramp(500, 0.25);
+  make_mat(folder / "packed.mat", [&](mat_t* f) {
+    put(f, "t", MAT_C_DOUBLE, MAT_T_DOUBLE, {500, 1}, ramp.data());
+    put(f, "u", MAT_C_DOUBLE, MAT_T_DOUBLE, {500, 1}, ramp.data());
+  });
+  for (const char* name : {"good.mat", "packed.mat"}) {
+    const std::string good = read_file(folder / name);
+    CHECK_NOTHROW(read_table(folder / name, {"t", "u"}));
+    for (std::size_t length = 1; length < good.size(); length += 31) {
+      write_file(folder / "cut.mat", good.substr(0, length));
+      CHECK_THROWS_AS(read_table(folder / "cut.mat", {"t", "u"}), UserError);
+    }
+  }
+  // Any damaged byte: refused or read, never a crash and never a number that is not finite.
+  for (const char* name : {"good.mat", "packed.mat"}) {
+    const std::string good = read_file(folder / name);
+    for (std::size_t place = 0; place < good.size(); place += good.size() / 60 + 1) {
+      std::string bad = good;
+      bad[place] = static_cast<char>(bad[place] ^ 0xff);
+      write_file(folder / "bad.mat", bad);
+      try {
+        const Table table = read_table(folder / "bad.mat", {"t", "u"});
+        CHECK(all_finite(table.columns));
+      } catch (const UserError&) {
+      }
+    }
+  }
+}
+
+TEST_CASE("a MAT file of version 7.3 is refused with the way to save it") {
+  const test::Folder folder;
+  std::string header = "MATLAB 7.3 MAT-file";
+  header.resize(124, ' ');
+  write_file(folder / "a.mat", header + std::string("\0\2IM", 4) + "\x89HDF");
+  CHECK_THROWS_WITH(read_table(folder / "a.mat"), Contains("version 5 (save -v6 or -v7), found version 7.3"));
+}
+
+TEST_CASE("records are loaded by channel name, in the order asked for, with range, skip, role and repeats") {
+  const Set set(record_text(100, 200));
+  const RecordSet r = set.load(R"({"sampling_hz": 200, "records": [
+      {"file": "a.csv", "role": "estimation", "repeat_of": "d", "range": [10, 60], "skip_initial": 5},
+      {"file": "a.csv", "role": "validation", "range": [60, 100]}], "noise_std": {"acc": 0.02, "extra": 1}})");
+  REQUIRE(r.records.size() == 2);
+  const Signal& s = r.records[0].signal;
+  CHECK(s.samples() == 50);
+  CHECK(s.u(0, 0) == 10);
+  CHECK(s.y(0, 0) == 20);
+  CHECK(s.y(1, 49) == -59);
+  CHECK(s.skip == 5);
+  CHECK(s.sample_time_s == 1.0 / 200);
+  CHECK(s.outputs[1].unit == "m/s^2");
+  CHECK(r.records[0].repeat_of == "d");
+  CHECK(r.records[0].first == 10);
+  CHECK(r.records[1].signal.u(0, 0) == 60);
+  CHECK(r.noise_std.at("acc") == 0.02);
+  CHECK(r.with_role("validation").size() == 1);
+  CHECK(r.with_role("estimation")[0]->first == 10);
+}
+
+TEST_CASE("a missing column names the file and the columns that are there") {
+  const Set set("t,roda,acc,travel\n0,1,2,3\n0.005,1,2,3\n");
+  CHECK_THROWS_WITH(
+      set.at(200),
+      Contains(
+          "a.csv: expected a column \"road\", found only: t, roda, acc, travel; did you mean \"road\" by \"roda\"?"));
+  const Set no_time("time,road,acc,travel\n0,1,2,3\n0.005,1,2,3\n");
+  CHECK_THROWS_WITH(no_time.at(200), Contains("a.csv: expected a column \"t\", found only: time, road"));
+}
+
+TEST_CASE("instants printed with few decimals, an offset or binary round-off still count as uniform") {
+  for (const char* format : {"{}", "{:.3f}", "{:.4f}", "{:.9g}", "{:.6e}"})
+    CHECK(Set(record_text(3000, 200, format)).at(200).records[0].signal.samples() == 3000);
+  for (const char* format : {"{}", "{:.7f}", "{:.4f}", "{:.3f}", "{:.6g}"})
+    CHECK_NOTHROW(Set(record_text(20000, 610.3515625, format)).at(610.3515625));
+  CHECK_NOTHROW(Set(record_text(20000, 610.3515625)).at(610.35));
+  CHECK_NOTHROW(Set(record_text(20000, 750, "{:.12g}")).at(750));
+  CHECK_NOTHROW(Set(record_text(2000, 400, "{:.3f}")).at(400));
+  CHECK_NOTHROW(Set(record_text(2000, 200, "{}", 1e6)).at(200));
+  CHECK_NOTHROW(Set(record_text(2000, 200, "{:.3f}", -3)).at(200));
+  CHECK_NOTHROW(Set(record_text(500, 0.25)).at(0.25));
+  CHECK_NOTHROW(Set(record_text(2, 200)).at(200));
+  std::string text = "t,road,travel,acc\n";
+  double t = 0;
+  for (int k = 0; k < 5000; ++k, t += 0.005) text += fmt::format("{},0,0,0\n", t);
+  CHECK_NOTHROW(Set(text).at(200));
+}
+
+TEST_CASE("a wrong rate is refused with both rates") {
+  CHECK_THROWS_WITH(Set(record_text(1000, 200)).at(500),
+                    Contains("a.csv: line 3: expected t at sampling_hz = 500 Hz, found 200 Hz"));
+  CHECK_THROWS_WITH(Set(record_text(1000, 200, "{:.3f}")).at(201), Contains("sampling_hz = 201 Hz, found 200 Hz"));
+  CHECK_THROWS_WITH(Set(record_text(2, 200)).at(100), Contains("found 200 Hz"));
+  CHECK_THROWS_WITH(Set(record_text(20000, 610.3515625, "{:.4f}")).at(611), Contains("found 610.35"));
+  // A time column in milliseconds.
+  CHECK_THROWS_WITH(Set(record_text(100, 0.2)).at(200), Contains("sampling_hz = 200 Hz, found 0.2 Hz"));
+}
+
+TEST_CASE("a lost sample, a shifted instant, a repeated one and a step back are refused at their line") {
+  const auto edit = [](int line, const std::string& instant, const char* format = "{}") {
+    std::string text = record_text(1000, 200, format);
+    std::size_t begin = 0;
+    for (int i = 1; i < line; ++i) begin = text.find('\n', begin) + 1;
+    if (instant.empty()) return text.erase(begin, text.find('\n', begin) + 1 - begin);
+    return text.replace(begin, text.find(',', begin) - begin, instant);
+  };
+  CHECK_THROWS_WITH(Set(edit(502, "")).at(200),
+                    Contains("a.csv: line 502: expected uniform sampling, found a step of 0.01 s in t where 0.005 s"));
+  CHECK_THROWS_WITH(Set(edit(12, "", "{:.3f}")).at(200), Contains("line 12: expected uniform"));
+  CHECK_THROWS_WITH(Set(edit(502, "2.501", "{:.3f}")).at(200), Contains("line 502: expected uniform"));
+  CHECK_THROWS_WITH(Set(edit(502, "2.50001")).at(200), Contains("line 502: expected uniform"));
+  CHECK_NOTHROW(Set(edit(502, "2.5000001")).at(200));
+  CHECK_THROWS_WITH(Set(edit(502, "2.495")).at(200),
+                    Contains("line 502: expected t to increase, found 2.495 after 2.495"));
+  CHECK_THROWS_WITH(Set(edit(502, "-1")).at(200), Contains("line 502: expected t to increase, found -1 after"));
+  // The damage lies outside the range that is used.
+  CHECK_NOTHROW(Set(edit(502, "")).with(R"("range": [0, 500])"));
+  CHECK_NOTHROW(Set(edit(502, "")).with(R"("range": [500, 999])"));
+  CHECK_THROWS_WITH(Set(edit(502, "")).with(R"("range": [400, 600])"), Contains("line 502"));
+}
+
+TEST_CASE("ranges and skips that leave nothing or leave the file are refused") {
+  const Set set(record_text(100, 200));
+  CHECK(set.with(R"("range": [0, 100])").records[0].signal.samples() == 100);
+  CHECK_THROWS_WITH(
+      set.with(R"("range": [0, 101])"),
+      Contains("records.json: $.records[0].range: expected samples within the file, which has 100, found [0, 101)"));
+  CHECK_THROWS_WITH(set.with(R"("range": [50, 50])"),
+                    Contains("$.records[0].range: expected [first, last) with first < last"));
+  CHECK_THROWS_WITH(set.with(R"("range": [60, 50])"), Contains("first < last"));
+  CHECK_THROWS_WITH(set.with(R"("range": [-1, 50])"),
+                    Contains("$.records[0].range[0]: expected a whole number >= 0, found -1"));
+  CHECK_THROWS_WITH(set.with(R"("range": [0])"), Contains("expected [first, last) in samples, found an array of 1"));
+  CHECK_THROWS_WITH(set.with(R"("range": 5)"), Contains("expected an array"));
+  CHECK_THROWS_WITH(set.with(R"("range": [0, 1])"), Contains("at least two samples"));
+  CHECK(set.with(R"("skip_initial": 99)").records[0].signal.skip == 99);
+  CHECK_THROWS_WITH(set.with(R"("skip_initial": 100)"),
+                    Contains("$.records[0].skip_initial: expected fewer than the 100 samples"));
+  CHECK_THROWS_WITH(set.with(R"("range": [0, 20], "skip_initial": 20)"), Contains("fewer than the 20 samples"));
+  CHECK_THROWS_WITH(set.with(R"("skip_initial": -1)"), Contains(">= 0, found -1"));
+  CHECK_THROWS_WITH(Set("t,road,travel,acc\n0,1,2,3\n").at(200), Contains("at least two samples"));
+}
+
+TEST_CASE("every mistake in records.json is named with its path") {
+  const Set set(record_text(100, 200));
+  const auto refused = [&](const std::string& json, const std::string& text) {
+    CHECK_THROWS_WITH(set.load(json), Contains(text));
+  };
+  refused(R"({"sampling_hz": 200, "records": []})", "$.records: expected at least one record");
+  refused(R"({"sampling_hz": 200})", "expected the key \"records\"");
+  refused(R"({"records": []})", "expected the key \"sampling_hz\"");
+  refused(R"({"sampling_hz": 0, "records": []})", "$.sampling_hz: expected a rate > 0 in Hz, found 0");
+  refused(R"({"sampling_hz": -5, "records": []})", "a rate > 0");
+  refused(R"({"sampling_hz": "200", "records": []})", "expected a number, found \"200\"");
+  refused(R"({"sampling_hz": 200, "records": {}})", "$.records: expected an array");
+  refused(R"({"sampling_hz": 200, "records": [{}]})", "$.records[0]: expected the key \"file\"");
+  refused(R"({"sampling_hz": 200, "records": [{"file": "", "role": "estimation"}]})", "the name of a file");
+  refused(R"({"sampling_hz": 200, "records": [{"file": "a.csv"}]})", "expected the key \"role\"");
+  refused(R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimate"}]})",
+          "$.records[0].role: expected a known name, found \"estimate\"; known names: estimation, validation; did you "
+          "mean \"estimation\"?");
+  refused(R"({"sampling_hz": 200, "records": [{"file": "b.csv", "role": "estimation"}]})",
+          "b.csv: cannot read: No such file");
+  refused(R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimation", "skip": 3}]})",
+          "$.records[0].skip: expected a known name, found \"skip\"; known names: file, role, repeat_of, skip_initial, "
+          "range; did you mean \"skip_initial\"?");
+  refused(R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimation"}], "noise": 1})",
+          "$.noise: expected a known name");
+  refused(R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimation"}], "noise_std": {"ac": 1}})",
+          "$.noise_std.ac: expected a known name, found \"ac\"; known names: road, travel, acc, extra; did you mean "
+          "\"acc\"?");
+  refused(R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimation"}], "noise_std": {"acc": 0}})",
+          "$.noise_std.acc: expected a number > 0, found 0");
+  refused(R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimation"}], "noise_std": 3})",
+          "an object of standard deviations");
+  refused(R"({"sampling_hz": 200, "sampling_hz": 200, "records": []})", "found \"sampling_hz\" again");
+}
+
+namespace {
+
+RecordSet sample_set() {
+  RecordSet set;
+  set.sampling_hz = 200;
+  Random random(9, Stream::noise);
+  for (const char* file : {"est.csv", "est.csv.gz", "val.mat", ""}) {
+    Record record;
+    record.file = file;
+    record.role = record.file == "val.mat" ? "validation" : "estimation";
+    if (record.file.starts_with("est")) record.repeat_of = "drive_1";
+    record.signal.u = random.normal(1, 150);
+    record.signal.y = random.normal(2, 150);
+    record.signal.sample_time_s = 1.0 / 200;
+    record.signal.skip = record.file.empty() ? 12 : 0;
+    record.signal.inputs = kInputs;
+    record.signal.outputs = kOutputs;
+    set.records.push_back(record);
+  }
+  set.noise_std = {{"acc", 0.125}};
+  return set;
+}
+
+}  // namespace
+
+TEST_CASE("a set of records survives writing and reading in every format, bit for bit") {
+  const test::Folder folder;
+  const RecordSet set = sample_set();
+  write_records(folder / "new" / "set", set);
+  const RecordSet again = load_records(folder / "new" / "set" / "records.json", kInputs, kOutputs);
+  REQUIRE(again.records.size() == 4);
+  for (std::size_t i = 0; i < 4; ++i) {
+    CHECK(again.records[i].signal.u == set.records[i].signal.u);
+    CHECK(again.records[i].signal.y == set.records[i].signal.y);
+    CHECK(again.records[i].signal.skip == set.records[i].signal.skip);
+    CHECK(again.records[i].role == set.records[i].role);
+    CHECK(again.records[i].repeat_of == set.records[i].repeat_of);
+  }
+  CHECK(again.records[3].file == "record_4.csv");
+  CHECK(again.noise_std == set.noise_std);
+  CHECK(read_file(folder / "new" / "set" / "est.csv").find("\n0.015,") != std::string::npos);
+}
+
+TEST_CASE("a set that cannot be written in full leaves no records.json") {
+  const test::Folder folder;
+  RecordSet set = sample_set();
+  set.records[1].signal.y(1, 3) = std::nan("");
+  CHECK_THROWS_WITH(write_records(folder / "x", set), Contains("channel \"acc\" is not finite at sample 3"));
+  CHECK_FALSE(fs::exists(folder / "x" / "records.json"));
+  set = sample_set();
+  set.records[1].file = "est.csv";
+  CHECK_THROWS_AS(write_records(folder / "y", set), std::invalid_argument);
+  set.records[1].file = "../up.csv";
+  CHECK_THROWS_AS(write_records(folder / "y", set), std::invalid_argument);
+  set = sample_set();
+  set.records[0].role = "training";
+  CHECK_THROWS_AS(write_records(folder / "y", set), std::invalid_argument);
+  CHECK_FALSE(fs::exists(folder / "y"));
+  write_file(folder / "file", "");
+  CHECK_THROWS_WITH(write_records(folder / "file", sample_set()), Contains("file: cannot"));
+}
+
+TEST_CASE("noise has the asked ratio a channel, leaves the inputs alone and repeats with its seed") {
+  Signal clean;
+  clean.u = Random(1, Stream::road).normal(1, 40000);
+  clean.y = Random(2, Stream::road).normal(2, 40000);
+  clean.y.row(1) = (100 * clean.y.row(1).array() + 300).matrix();
+  Signal noisy = clean, again = clean;
+  Random random(5, Stream::noise), same(5, Stream::noise);
+  const Vector deviation = add_noise(noisy, 40, random);
+  CHECK(deviation == add_noise(again, 40, same));
+  CHECK(noisy.y == again.y);
+  CHECK(noisy.u == clean.u);
+  CHECK(deviation.isApprox(0.01 * rms(clean.y), 1e-14));
+  const Matrix noise = noisy.y - clean.y;
+  for (Index i = 0; i < 2; ++i) {
+    CHECK(rms(noise)(i) == Approx(deviation(i)).epsilon(0.02));
+    CHECK(std::abs(noise.row(i).mean()) < 5 * deviation(i) / 200);
+  }
+  CHECK(std::abs(noise.row(0).dot(noise.row(1))) < 5 * 200 * deviation(0) * deviation(1));
+  Signal untouched = clean;
+  CHECK(add_noise(untouched, std::numeric_limits<double>::infinity(), random).isZero());
+  CHECK(untouched.y == clean.y);
+  CHECK_THROWS_AS(add_noise(untouched, std::nan(""), random), std::invalid_argument);
+}
+
+TEST_CASE("public measurement records load at their own rates") {
+  const fs::path data = WHEELHOP_DATA;
+  if (!fs::exists(data / "silverbox_snls80mv.csv.gz")) {
+    WARN("skipped: no measured records in " << data);
+    return;
+  }
+  struct Known {
+    const char* file;
+    double hz;
+    Index samples;
+    std::vector<Channel> inputs, outputs;
+  };
+  const std::vector<Known> files = {
+      {"silverbox_snls80mv.csv.gz", 610.3515625, 131072, {{"u", "V"}}, {{"y", "V"}}},
+      {"quanser_qc_sweepA_1.csv.gz", 500, 14951, {{"u_fc", "N"}, {"u_zr", "m"}}, {{"y_zs", "m"}, {"y_zus", "m"}}},
+      {"boucwen_train_multisine.csv.gz", 750, 40960, {{"u", "N"}}, {{"y", "m"}}},
+      {"mrdamper_utfpr_0V.csv", 100, 3001, {{"u_vel", ""}}, {{"y_force", "N"}}},
+      {"cascaded_tanks_test.csv", 0.25, 1024, {{"u", "V"}}, {{"y", "V"}}},
+      {"ced_unif_low.csv", 50, 500, {{"u", "V"}}, {{"y", "V"}}}};
+  const test::Folder folder;
+  for (const Known& known : files) {
+    INFO(known.file);
+    const Json json = {{"sampling_hz", known.hz},
+                       {"records", Json::array({{{"file", (data / known.file).string()}, {"role", "validation"}}})}};
+    write_json(folder / "records.json", json);
+    const RecordSet set = load_records(folder / "records.json", known.inputs, known.outputs);
+    CHECK(set.records[0].signal.samples() == known.samples);
+  }
+}
