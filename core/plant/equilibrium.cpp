@@ -35,8 +35,9 @@ Equilibrium static_equilibrium(const Plant& plant, ConstVectorRef u) {
     if (motion.input_node(i) >= 0) {
       applied -= stiffness.col(motion.input_node(i)) * u(i);
     } else {
-      applied(motion.force_nodes(i)[0]) -= u(i);
-      applied(motion.force_nodes(i)[1]) += u(i);
+      const auto [from, to] = motion.force_nodes(i);
+      for (const Motion::Weight& weight : motion.weights(from)) applied(weight.mass) -= weight.value * u(i);
+      for (const Motion::Weight& weight : motion.weights(to)) applied(weight.mass) += weight.value * u(i);
     }
   }
   Vector q = least_squares(mass_block(stiffness, n), applied.head(n)).x;

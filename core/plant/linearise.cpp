@@ -17,17 +17,16 @@ struct Row {
 Row node_row(const LinearPlant& model, const Motion& motion, SensorKind kind, Index node) {
   const Index n = motion.masses(), m = motion.inputs();
   Row row{Eigen::RowVectorXd::Zero(2 * n), Eigen::RowVectorXd::Zero(m), Eigen::RowVectorXd::Zero(m)};
-  if (node < n) {
+  for (const Motion::Weight& weight : motion.weights(node)) {
     switch (kind) {
-      case SensorKind::displacement: row.c(node) = 1; break;
-      case SensorKind::velocity: row.c(n + node) = 1; break;
+      case SensorKind::displacement: row.c(weight.mass) += weight.value; break;
+      case SensorKind::velocity: row.c(n + weight.mass) += weight.value; break;
       case SensorKind::acceleration:
-        row.c = model.A.row(n + node);
-        row.d = model.B.row(n + node);
-        row.d_rate = model.B_rate.row(n + node);
+        row.c += weight.value * model.A.row(n + weight.mass);
+        row.d += weight.value * model.B.row(n + weight.mass);
+        row.d_rate += weight.value * model.B_rate.row(n + weight.mass);
         break;
     }
-    return row;
   }
   for (Index i = 0; i < m; ++i) {
     if (motion.input_node(i) != node) continue;
@@ -73,8 +72,10 @@ LinearPlant linearise(const Plant& plant, const Vector& state, const Vector& u) 
       model.B_rate.col(i).tail(n) = -inverse_mass.cwiseProduct(damping.col(node).head(n));
     } else {
       const auto [from, to] = motion.force_nodes(i);
-      if (from < n) model.B(n + from, i) -= inverse_mass(from);
-      if (to < n) model.B(n + to, i) += inverse_mass(to);
+      for (const Motion::Weight& weight : motion.weights(from))
+        model.B(n + weight.mass, i) -= weight.value * inverse_mass(weight.mass);
+      for (const Motion::Weight& weight : motion.weights(to))
+        model.B(n + weight.mass, i) += weight.value * inverse_mass(weight.mass);
     }
   }
   model.C = Matrix::Zero(p, 2 * n);

@@ -28,6 +28,11 @@ Motion::Motion(const Plant& plant) {
     }
     branches_.push_back(branch);
   }
+  for (const Point& point : plant.points) {
+    RigidPoint rigid{static_cast<std::size_t>(plant.node(point.name)), {}};
+    for (const auto& [mass, weight] : point.weights) rigid.weights.push_back({plant.node(mass), weight});
+    points_.push_back(std::move(rigid));
+  }
   for (const PlantInput& input : plant.inputs) {
     if (input.kind == InputKind::displacement)
       inputs_.push_back({plant.node(input.name), -1, -1});
@@ -62,6 +67,15 @@ void Motion::load(const double* q, const double* v) {
     x_[i] = q[i];
     v_[i] = v[i];
   }
+  for (const RigidPoint& point : points_) {
+    double x = 0, rate = 0;
+    for (const Weight& weight : point.weights) {
+      x += weight.value * q[weight.mass];
+      rate += weight.value * v[weight.mass];
+    }
+    x_[point.node] = x;
+    v_[point.node] = rate;
+  }
 }
 
 int Motion::accelerations(const double* q, const double* v, double* a) {
@@ -81,24 +95,31 @@ int Motion::accelerations(const double* q, const double* v, double* a) {
     force_[branch.from] += sum;
     force_[branch.to] -= sum;
   }
+  for (const RigidPoint& point : points_)
+    for (const Weight& weight : point.weights)
+      force_[static_cast<std::size_t>(weight.mass)] += weight.value * force_[point.node];
   for (std::size_t i = 0; i < mass_.size(); ++i) a[i] = force_[i] * inverse_mass_[i];
   return all_defined;
 }
 
+double Motion::reading(SensorKind kind, Index node, const double* q, const double* v, const double* a) const {
+  const double* const own = kind == SensorKind::displacement ? q : kind == SensorKind::velocity ? v : a;
+  if (node < masses()) return own[node];
+  for (const RigidPoint& point : points_) {
+    if (static_cast<Index>(point.node) != node) continue;
+    double sum = 0;
+    for (const Weight& weight : point.weights) sum += weight.value * own[weight.mass];
+    return sum;
+  }
+  if (kind == SensorKind::displacement) return x_[static_cast<std::size_t>(node)];
+  if (kind == SensorKind::velocity) return v_[static_cast<std::size_t>(node)];
+  return 0;  // the ground; accelerometers stand on no drive
+}
+
 void Motion::outputs(const double* q, const double* v, const double* a, double* y) const {
-  const Index n = masses();
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     const SensorPlace& sensor = sensors_[i];
-    const auto read = [&](Index node) {
-      const auto k = static_cast<std::size_t>(node);
-      switch (sensor.kind) {
-        case SensorKind::displacement: return node < n ? q[k] : x_[k];
-        case SensorKind::velocity: return node < n ? v[k] : v_[k];
-        case SensorKind::acceleration: break;
-      }
-      return node < n ? a[k] : 0.0;  // the only other node an accelerometer may stand on is the ground
-    };
-    y[i] = read(sensor.to) - read(sensor.from);
+    y[i] = reading(sensor.kind, sensor.to, q, v, a) - reading(sensor.kind, sensor.from, q, v, a);
   }
 }
 
@@ -121,6 +142,15 @@ int Motion::slopes(const double* q, const double* v, Matrix& stiffness, Matrix& 
         return static_cast<int>(b);
       add(stiffness, static_cast<Index>(branch.from), static_cast<Index>(branch.to), df_dx);
       add(damping, static_cast<Index>(branch.from), static_cast<Index>(branch.to), df_dv);
+    }
+  }
+  for (const RigidPoint& point : points_) {
+    const auto node = static_cast<Index>(point.node);
+    for (Matrix* M : {&stiffness, &damping}) {
+      for (const Weight& weight : point.weights) M->row(weight.mass) += weight.value * M->row(node);
+      M->row(node).setZero();
+      for (const Weight& weight : point.weights) M->col(weight.mass) += weight.value * M->col(node);
+      M->col(node).setZero();
     }
   }
   return all_defined;
@@ -154,8 +184,15 @@ Motion::Energy Motion::energy(const double* q, const double* v) {
     const auto node = static_cast<std::size_t>(drive.node);
     result.input_w -= force_[node] * v_[node];
   }
-  for (std::size_t node = 0; node < mass_.size(); ++node) result.input_w += applied_[node] * v_[node];
+  for (std::size_t node = 0; node < x_.size(); ++node) result.input_w += applied_[node] * v_[node];
   return result;
+}
+
+std::vector<Motion::Weight> Motion::weights(Index node) const {
+  if (node < masses()) return {{node, 1.0}};
+  for (const RigidPoint& point : points_)
+    if (static_cast<Index>(point.node) == node) return point.weights;
+  return {};
 }
 
 double Motion::travel(int element) const {

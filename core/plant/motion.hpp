@@ -37,8 +37,9 @@ class Motion {
   /// Sensor readings y (p) at a state and its accelerations, under the inputs set before.
   void outputs(const double* q, const double* v, const double* a, double* y) const;
 
-  /// Slopes of the net forces on the nodes: stiffness and damping matrices (nodes x nodes, symmetric), such that small
-  /// changes give force = -stiffness dx - damping dv. Return value as `accelerations`.
+  /// Slopes of the forces: stiffness and damping matrices (nodes x nodes, symmetric), such that small changes of the
+  /// positions dx and velocities dv of masses and inputs give force = -stiffness dx - damping dv on them. Rows and
+  /// columns of rigid points are carried over to their masses and zero. Return value as `accelerations`.
   int slopes(const double* q, const double* v, Matrix& stiffness, Matrix& damping);
 
   struct Energy {
@@ -57,6 +58,12 @@ class Motion {
   Index input_node(Index input) const { return inputs_[static_cast<std::size_t>(input)].node; }
   /// Nodes between which a force input acts: -u on the first, +u on the second.
   std::array<Index, 2> force_nodes(Index input) const;
+  struct Weight {
+    Index mass;
+    double value;
+  };
+  /// What the displacement of a node is made of: a mass itself, the masses of a rigid point, nothing for the others.
+  std::vector<Weight> weights(Index node) const;
   struct SensorPlace {
     SensorKind kind;
     Index from, to;
@@ -73,11 +80,17 @@ class Motion {
     Index node;  // of a displacement
     Index from, to;
   };
+  struct RigidPoint {
+    std::size_t node;
+    std::vector<Weight> weights;
+  };
   void load(const double* q, const double* v);
+  double reading(SensorKind kind, Index node, const double* q, const double* v, const double* a) const;
 
   std::vector<double> mass_, inverse_mass_;
   std::vector<Branch> branches_;
   std::vector<Law> laws_;
+  std::vector<RigidPoint> points_;  // the last nodes
   std::vector<Drive> inputs_;
   std::vector<SensorPlace> sensors_;
   std::vector<double> x_, v_, force_, applied_;  // one entry a node

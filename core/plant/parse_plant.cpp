@@ -80,6 +80,13 @@ std::vector<std::string> mass_names(const Plant& plant) {
   return names;
 }
 
+/// What a force moves and an accelerometer may stand on: masses and the points they carry.
+std::vector<std::string> movable_names(const Plant& plant) {
+  std::vector<std::string> names = mass_names(plant);
+  for (const Point& point : plant.points) names.push_back(point.name);
+  return names;
+}
+
 Mass read_mass(const JsonCursor& cursor, Names& places) {
   Mass mass;
   mass.name = places.read(cursor.at("name"));
@@ -89,6 +96,18 @@ Mass read_mass(const JsonCursor& cursor, Names& places) {
   mass.tolerance = parse_tolerance(cursor);
   cursor.done();
   return mass;
+}
+
+Point read_point(const JsonCursor& cursor, const Plant& plant, Names& places) {
+  Point point;
+  point.name = places.read(cursor.at("name"));
+  const JsonCursor weights = cursor.at("weights");
+  for (const Mass& mass : plant.masses)
+    if (auto weight = weights.find(mass.name)) point.weights.emplace_back(mass.name, weight->number());
+  weights.done();
+  if (point.weights.empty()) weights.fail("the weight of one mass at least");
+  cursor.done();
+  return point;
 }
 
 PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& places, Names& channels) {
@@ -103,8 +122,8 @@ PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& place
   if (auto member = cursor.find("interpolation"))
     input.interpolation = member->one_of({"band_limited", "zoh", "linear"});
   if (force) {
-    const std::vector<std::string> masses = mass_names(plant);
-    read_place(cursor, "on", masses, masses, input.from, input.to);
+    const std::vector<std::string> movable = movable_names(plant);
+    read_place(cursor, "on", movable, movable, input.from, input.to);
   }
   cursor.done();
   if (!plant.inputs.empty() && input.hold_hz != plant.inputs.front().hold_hz)
@@ -117,11 +136,11 @@ Element read_element(const JsonCursor& cursor, const Plant& plant, Names& places
   element.name = places.read(cursor.at("name"));
   const JsonCursor between = cursor.at("between");
   read_pair(between, plant.node_names(), element.from, element.to);
-  const std::vector<std::string> masses = mass_names(plant);
-  const auto is_mass = [&](const std::string& name) {
-    return std::find(masses.begin(), masses.end(), name) != masses.end();
+  const std::vector<std::string> movable = movable_names(plant);
+  const auto moves = [&](const std::string& name) {
+    return std::find(movable.begin(), movable.end(), name) != movable.end();
   };
-  if (!is_mass(element.from) && !is_mass(element.to)) between.fail("a mass at one end at least: it moves nothing");
+  if (!moves(element.from) && !moves(element.to)) between.fail("a mass at one end at least: it moves nothing");
   for (const JsonCursor& law : read_list(cursor, "laws", "law")) element.laws.push_back(parse_law(law));
   cursor.done();
   return element;
@@ -136,14 +155,14 @@ Sensor read_sensor(const JsonCursor& cursor, const Plant& plant, Names& channels
                                        : SensorKind::acceleration;
   sensor.unit = kind == "displacement" ? "m" : kind == "velocity" ? "m/s" : "m/s^2";
   read_unit(cursor, sensor.unit, "a sensor of " + kind);
-  const std::vector<std::string> masses = mass_names(plant);
+  const std::vector<std::string> movable = movable_names(plant);
   std::vector<std::string> nodes = plant.node_names();
   if (sensor.kind == SensorKind::acceleration) {
     // A held drive has no acceleration: it moves in steps.
-    nodes = masses;
+    nodes = movable;
     nodes.push_back(ground);
   }
-  read_place(cursor, "of", masses, nodes, sensor.from, sensor.to);
+  read_place(cursor, "of", movable, nodes, sensor.from, sensor.to);
   cursor.done();
   return sensor;
 }
@@ -152,6 +171,9 @@ void require_every_mass_connected(const JsonCursor& cursor, const Plant& plant) 
   std::set<std::string> touched;
   for (const Element& element : plant.elements) touched.insert({element.from, element.to});
   for (const PlantInput& input : plant.inputs) touched.insert({input.from, input.to});
+  for (const Point& point : plant.points)
+    if (touched.contains(point.name))
+      for (const auto& [mass, weight] : point.weights) touched.insert(mass);
   const std::vector<JsonCursor> items = cursor.at("masses").items();
   for (std::size_t i = 0; i < plant.masses.size(); ++i)
     if (!touched.contains(plant.masses[i].name))
@@ -163,10 +185,12 @@ void require_every_mass_connected(const JsonCursor& cursor, const Plant& plant) 
 Plant parse_plant(const JsonCursor& cursor) {
   Plant plant;
   plant.name = cursor.at("name").string();
-  // Masses, displacement inputs and elements share their names: each is a node or a location of a diagnosis.
-  Names places("mass, input or element", {ground, "timebase", "actuator"});
+  // Masses, points, displacement inputs and elements share their names: each is a node or a location of a diagnosis.
+  Names places("mass, point, input or element", {ground, "timebase", "actuator"});
   Names channels("channel", {"t"});
   for (const JsonCursor& item : read_list(cursor, "masses", "mass")) plant.masses.push_back(read_mass(item, places));
+  if (auto list = cursor.find("points"))
+    for (const JsonCursor& item : list->items()) plant.points.push_back(read_point(item, plant, places));
   for (const JsonCursor& item : read_list(cursor, "inputs", "input"))
     plant.inputs.push_back(read_input(item, plant, places, channels));
   if (auto list = cursor.find("elements"))
@@ -185,8 +209,8 @@ namespace {
 Json pair_json(const std::string& from, const std::string& to) { return Json::array({from, to}); }
 
 void write_place(Json& out, const char* single, const Plant& plant, const std::string& from, const std::string& to) {
-  const std::vector<std::string> masses = mass_names(plant);
-  if (from == ground && std::find(masses.begin(), masses.end(), to) != masses.end())
+  const std::vector<std::string> movable = movable_names(plant);
+  if (from == ground && std::find(movable.begin(), movable.end(), to) != movable.end())
     out[single] = to;
   else
     out["between"] = pair_json(from, to);
@@ -209,6 +233,12 @@ Json to_json(const Plant& plant) {
   out["masses"] = Json::array();
   for (const Mass& mass : plant.masses)
     out["masses"].push_back({{"name", mass.name}, {"mass_kg", mass.mass_kg}, {"tolerance", mass.tolerance}});
+  if (!plant.points.empty()) out["points"] = Json::array();
+  for (const Point& point : plant.points) {
+    Json weights = Json::object();
+    for (const auto& [mass, weight] : point.weights) weights[mass] = weight;
+    out["points"].push_back({{"name", point.name}, {"weights", std::move(weights)}});
+  }
   out["inputs"] = Json::array();
   for (const PlantInput& input : plant.inputs) {
     const bool force = input.kind == InputKind::force;

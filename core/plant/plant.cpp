@@ -55,6 +55,7 @@ std::vector<std::string> Plant::node_names() const {
   for (const PlantInput& input : inputs)
     if (input.kind == InputKind::displacement) names.push_back(input.name);
   names.push_back("ground");
+  for (const Point& point : points) names.push_back(point.name);
   return names;
 }
 

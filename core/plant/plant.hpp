@@ -1,6 +1,7 @@
 /// \file
 /// The plant: a graph of lumped elements (masses, displacement and force inputs, laws between nodes, sensors), as
-/// read from a plant file. Nodes are the masses, the displacement inputs and `ground`, numbered in this order.
+/// read from a plant file. Nodes are the masses, the displacement inputs, `ground`, and rigid points, numbered in this
+/// order.
 #pragma once
 
 #include <filesystem>
@@ -18,6 +19,15 @@ struct Mass {
   std::string name;
   double mass_kg = 0;
   double tolerance = default_tolerance;
+};
+
+/// A massless point that masses carry rigidly: its displacement is a fixed combination of theirs, sum of weight x_mass,
+/// and a force on it acts on each of them times its weight (principle of virtual work). With it a rigid body is a set
+/// of masses: a car body in heave, pitch and roll is three, its corners are points. Optional in a plant file:
+/// `"points": [{"name": "corner", "weights": {"front": 0.5, "rear": 0.5}}]`.
+struct Point {
+  std::string name;
+  std::vector<std::pair<std::string, double>> weights;  ///< by mass
 };
 
 enum class InputKind { displacement, force };
@@ -50,6 +60,7 @@ struct Sensor {
 struct Plant {
   std::string name;
   std::vector<Mass> masses;
+  std::vector<Point> points;
   std::vector<PlantInput> inputs;
   std::vector<Element> elements;
   std::vector<Sensor> sensors;
@@ -57,7 +68,7 @@ struct Plant {
   Index mass_count() const { return static_cast<Index>(masses.size()); }
   Index input_count() const { return static_cast<Index>(inputs.size()); }
   Index sensor_count() const { return static_cast<Index>(sensors.size()); }
-  std::vector<std::string> node_names() const;   ///< masses, displacement inputs, "ground"
+  std::vector<std::string> node_names() const;   ///< masses, displacement inputs, "ground", points
   Index node(std::string_view node_name) const;  ///< index into node_names(); UserError if unknown
   Index element(std::string_view name) const;    ///< index; UserError if unknown
   double hold_hz() const;                        ///< common hold rate of all inputs
