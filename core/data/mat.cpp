@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <memory>
 #include <set>
+#include <system_error>
 
 #include "core/base/files.hpp"
 #include "core/base/json.hpp"
@@ -106,19 +108,21 @@ bool is_matlab_name(const std::string& name) {
          std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
 }
 
-/// Writes the variables into a new file; false if matio could not.
-bool write_variables(const fs::path& file, const Table& table) {
+/// Writes the variables into a new file; 0 or errno.
+int write_variables(const fs::path& file, const Table& table) {
+  errno = 0;
+  const auto reason = [] { return errno != 0 ? errno : EIO; };
   // The default header would carry the time of day.
   File out(Mat_CreateVer(file.c_str(), "MATLAB 5.0 MAT-file, written by wheelhop", MAT_FT_MAT5));
-  if (!out) return false;
+  if (!out) return reason();
   for (std::size_t i = 0; i < table.names.size(); ++i) {
     Vector values = table.columns.row(static_cast<Index>(i)).transpose();
     std::size_t dims[2] = {static_cast<std::size_t>(values.size()), 1};
     const Variable variable(
         Mat_VarCreate(table.names[i].c_str(), MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims, values.data(), 0));
-    if (!variable || Mat_VarWrite(out.get(), variable.get(), MAT_COMPRESSION_NONE) != 0) return false;
+    if (!variable || Mat_VarWrite(out.get(), variable.get(), MAT_COMPRESSION_NONE) != 0) return reason();
   }
-  return true;
+  return 0;
 }
 
 }  // namespace
@@ -176,7 +180,8 @@ void write_mat(const fs::path& file, const Table& table) {
   part.replace_filename(fmt::format(".{}.{}.mat.part", file.filename().string(), ::getpid()));
   std::error_code ignored;
   try {
-    if (!write_variables(part, table)) throw UserError(fmt::format("{}: cannot write", file.string()));
+    if (const int error = write_variables(part, table))
+      throw UserError(fmt::format("{}: cannot write: {}", file.string(), std::generic_category().message(error)));
     write_file(file, read_file(part));
   } catch (...) {
     fs::remove(part, ignored);

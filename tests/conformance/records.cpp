@@ -178,7 +178,7 @@ TEST_CASE("a damaged gzip stream is refused at every length and for every flippe
                     Contains("packed.csv: line 1, column 1: expected a line of names, found binary"));
 }
 
-TEST_CASE("a large CSV is read at more than two million cells a second") {
+TEST_CASE("a CSV of 131072 lines and three columns is read within 0.2 s") {
   std::string text = "t,u,y\n";
   Random random(1, Stream::noise);
   for (int k = 0; k < 131072; ++k)
@@ -260,7 +260,8 @@ TEST_CASE("MAT variables that are no real finite vectors of one length are refus
   const Table table{{"ok", "not ok"}, Matrix::Zero(2, 3)};
   CHECK_THROWS_WITH(write_mat(folder / "b.mat", table),
                     Contains("variable \"not ok\": expected a name MATLAB accepts"));
-  CHECK_THROWS_WITH(write_mat(folder / "none" / "b.mat", {{"t"}, Matrix::Zero(1, 3)}), Contains("cannot write"));
+  CHECK_THROWS_WITH(write_mat(folder / "none" / "b.mat", {{"t"}, Matrix::Zero(1, 3)}),
+                    Contains("cannot write: No such file"));
 }
 
 TEST_CASE("a file that is no MAT file, or a truncated one, is refused") {
