@@ -182,7 +182,9 @@ void write_mat(const fs::path& file, const Table& table) {
   try {
     if (const int error = write_variables(part, table))
       throw UserError(fmt::format("{}: cannot write: {}", file.string(), std::generic_category().message(error)));
-    write_file(file, read_file(part));
+    const std::string content = read_file(part);
+    check_elements(content, file);  // a disk that fills up while matio closes its file goes unreported
+    write_file(file, content);
   } catch (...) {
     fs::remove(part, ignored);
     throw;
