@@ -1,0 +1,31 @@
+/// \file
+/// The joint refinement: every matrix, weight, initial state and offset of a NonlinearModel by simulation error.
+#pragma once
+
+#include <memory>
+
+#include "core/identify/solver.hpp"
+#include "core/model/sensitivities.hpp"
+
+namespace wheelhop {
+
+/// r = (yhat_k - y_k) ./ weight_std after `skip` samples, theta as packed by core/model/sensitivities.hpp.
+/// Outside the domain: a free run beyond the state guard. normal_equations() accumulates block by block.
+/// @param u m x N   @param y p x N   @param weight_std p, > 0
+std::unique_ptr<ResidualProblem> free_run_problem(const NonlinearModel& model, ConstMatrixRef u, ConstMatrixRef y,
+                                                  ConstVectorRef weight_std, Index skip);
+
+struct Refinement {
+  Solution solution;
+  NonlinearModel model;
+  Vector x0;
+};
+
+/// Minimises the free-run error from `model`, x0.
+Refinement refine(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y,
+                  ConstVectorRef weight_std, Index skip, const Solver& solver, Index iterations);
+
+/// Initial state of another record for a fixed model: linear start, then Gauss-Newton on the first `samples` samples.
+Vector estimate_initial_state(const NonlinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples);
+
+}  // namespace wheelhop

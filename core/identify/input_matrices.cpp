@@ -1,0 +1,61 @@
+#include "core/identify/input_matrices.hpp"
+
+#include "core/kernels/streamed_qr.hpp"
+
+namespace wheelhop {
+
+InputMatrices estimate_input_matrices(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef u, ConstMatrixRef y,
+                                      Index direct_inputs) {
+  const Index n = A.rows(), p = C.rows(), m = u.rows(), N = u.cols();
+  // Columns: B (n m, column-major), x0 (n), D (p m, column-major), y0 (p), then y itself.
+  const Index at_x0 = n * m, at_D = at_x0 + n, at_y0 = at_D + p * direct_inputs, unknowns = at_y0 + p;
+  StreamedQr stream(unknowns + 1, 512);
+  // Z = dx_k/d[B, x0]: n x (n m + n); Z_{k+1} = A Z_k + [u_k' (x) I, 0].
+  Matrix Z = Matrix::Zero(n, at_D), next(n, at_D), CZ(p, at_D);
+  Z.rightCols(n).setIdentity();
+  const Index block_samples = std::max<Index>(1, stream.capacity() / p);
+  for (Index first = 0; first < N; first += block_samples) {
+    const Index count = std::min(block_samples, N - first);
+    MatrixRef block = stream.next(count * p);
+    block.setZero();
+    for (Index k = 0; k < count; ++k) {
+      const auto u_k = u.col(first + k);
+      auto rows = block.middleRows(k * p, p);
+      rows.leftCols(at_D).noalias() = C * Z;
+      for (Index j = 0; j < direct_inputs; ++j) rows.middleCols(at_D + j * p, p).diagonal().setConstant(u_k(j));
+      rows.middleCols(at_y0, p).setIdentity();
+      rows.col(unknowns) = y.col(first + k);
+      next.noalias() = A * Z;
+      for (Index j = 0; j < m; ++j) next.middleCols(j * n, n).diagonal().array() += u_k(j);
+      Z.swap(next);
+    }
+  }
+  const LeastSquares solution = solve_from_qr(stream.finish(), unknowns);
+  const Vector x = solution.x.col(0);
+  InputMatrices result;
+  result.model.A = A;
+  result.model.C = C;
+  result.model.B = x.head(n * m).reshaped(n, m);
+  result.model.D = Matrix::Zero(p, m);
+  result.model.D.leftCols(direct_inputs) = x.segment(at_D, p * direct_inputs).reshaped(p, direct_inputs);
+  result.model.y0 = x.tail(p);
+  result.x0 = x.segment(at_x0, n);
+  result.rank = solution.rank;
+  result.condition = solution.condition;
+  return result;
+}
+
+Vector estimate_initial_state(const LinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples) {
+  samples = std::min(samples, u.cols());
+  const Index n = model.order(), p = model.output_count();
+  const Matrix residual = y.leftCols(samples) - simulate(model, u.leftCols(samples), Vector::Zero(n)).y;
+  Matrix observability(p * samples, n);
+  Matrix row = model.C;
+  for (Index k = 0; k < samples; ++k) {
+    observability.middleRows(k * p, p) = row;
+    row = row * model.A;
+  }
+  return least_squares(observability, residual.reshaped(), 1e-10).x.col(0);
+}
+
+}  // namespace wheelhop

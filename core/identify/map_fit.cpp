@@ -1,0 +1,136 @@
+#include "core/identify/map_fit.hpp"
+
+#include <Eigen/QR>
+#include <cmath>
+
+namespace wheelhop {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Every `step`-th column, at most `limit` of them.
+Matrix thinned(ConstMatrixRef M, Index limit) {
+  const Index step = std::max<Index>(1, (M.cols() + limit - 1) / limit), count = (M.cols() + step - 1) / step;
+  Matrix out(M.rows(), count);
+  for (Index k = 0; k < count; ++k) out.col(k) = M.col(k * step);
+  return out;
+}
+
+class MapProblem final : public ResidualProblem {
+ public:
+  MapProblem(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f)
+      : map_(prototype.clone()), xi_(xi), f_(f.transpose()) {}
+
+  Index parameters() const override { return map_->inner_parameters(); }
+  Index residuals() const override { return f_.size(); }
+
+  bool residual(ConstVectorRef alpha, VectorRef r) const override {
+    const Matrix columns = regressors(alpha, nullptr);
+    const Eigen::HouseholderQR<Matrix> qr(columns);
+    r = rest(qr, columns.cols(), f_).reshaped();
+    return r.allFinite();
+  }
+
+  bool jacobian(ConstVectorRef alpha, VectorRef r, MatrixRef J) const override {
+    const Index N = xi_.cols(), h = map_->features(), inner = parameters(), q = f_.cols();
+    RowMajor slopes(N * h, inner);  // dphi/dalpha, h rows a sample
+    const Matrix columns = regressors(alpha, &slopes);
+    const Eigen::ColPivHouseholderQR<Matrix> weights_qr(columns);
+    const Matrix weights = weights_qr.solve(f_);  // (h + 1 + d) x q
+    const Eigen::HouseholderQR<Matrix> qr(columns);
+    r = rest(qr, columns.cols(), f_).reshaped();
+    // Kaufman: dr = -(I - P) dPhi W; the neglected term is orthogonal to r, so the gradient is exact.
+    Matrix change(N, inner);
+    for (Index i = 0; i < q; ++i) {
+      for (Index k = 0; k < N; ++k)
+        change.row(k).noalias() = -weights.col(i).head(h).transpose() * slopes.middleRows(k * h, h);
+      J.middleRows(i * N, N) = rest(qr, columns.cols(), change);
+    }
+    return r.allFinite();
+  }
+
+  /// W, b, L for a given alpha.
+  void weights(ConstVectorRef alpha, StaticMap& map, Matrix& L, double& relative_residual) const {
+    const Matrix columns = regressors(alpha, nullptr);
+    const LeastSquares fit = least_squares(columns, f_, 1e-11);
+    const Index h = map_->features();
+    map.alpha = alpha;
+    map.W = fit.x.topRows(h).transpose();
+    map.b = fit.x.row(h).transpose();
+    L = fit.x.bottomRows(xi_.rows()).transpose();
+    relative_residual = fit.residual_norm / std::max(f_.norm(), 1e-300);
+  }
+
+ private:
+  /// [phi 1 xi], N x (h + 1 + d).
+  Matrix regressors(ConstVectorRef alpha, RowMajor* slopes) const {
+    map_->alpha = alpha;
+    const Index N = xi_.cols(), h = map_->features(), d = xi_.rows();
+    Matrix columns(N, h + 1 + d);
+    Vector phi(h);
+    RowMajor dphi_dxi(h, d);
+    for (Index k = 0; k < N; ++k) {
+      if (slopes)
+        map_->basis_jacobians(xi_.col(k).data(), phi.data(), dphi_dxi.data(), slopes->data() + k * h * slopes->cols());
+      else
+        map_->basis(xi_.col(k).data(), phi.data());
+      columns.row(k).head(h) = phi;
+    }
+    columns.col(h).setOnes();
+    columns.rightCols(d) = xi_.transpose();
+    return columns;
+  }
+
+  /// (I - Q Q') M.
+  static Matrix rest(const Eigen::HouseholderQR<Matrix>& qr, Index width, Matrix M) {
+    M.applyOnTheLeft(qr.householderQ().adjoint());
+    M.topRows(width).setZero();
+    M.applyOnTheLeft(qr.householderQ());
+    return M;
+  }
+
+  std::unique_ptr<StaticMap> map_;  // scratch for alpha; W and b are not used here
+  Matrix xi_;
+  Matrix f_;  // N x q
+};
+
+}  // namespace
+
+std::unique_ptr<ResidualProblem> map_problem(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f) {
+  return std::make_unique<MapProblem>(prototype, xi, f);
+}
+
+MapFit fit_static_map(const StaticMap& prototype, const StaticMap* warm, ConstMatrixRef xi, ConstMatrixRef f,
+                      const MapFitOptions& options, const Solver& solver, Random& random) {
+  MapFit best;
+  best.residual = std::numeric_limits<double>::infinity();
+  const MapProblem problem(prototype, thinned(xi, options.samples), thinned(f, options.samples));
+  for (Index start = 0; start < options.starts + (warm ? 1 : 0); ++start) {
+    std::unique_ptr<StaticMap> map = prototype.clone();
+    if (warm && start == 0)
+      map->alpha = warm->alpha;
+    else
+      map->initialise(random);
+    Vector alpha = map->alpha;
+    if (problem.parameters() > 0) {
+      const Solution solution = solver.minimise(problem, alpha, options.iterations);
+      if (solution.status == Status::outside_domain || !solution.theta.allFinite()) continue;
+      alpha = solution.theta;
+    }
+    Matrix L;
+    double residual = 0;
+    problem.weights(alpha, *map, L, residual);
+    if (!(residual < best.residual)) continue;
+    best.residual = residual;
+    best.L = L;
+    best.map = std::move(map);
+  }
+  if (!best.map || !std::isfinite(best.residual)) {
+    best.message = "no start of the static map's fit gave a finite residual";
+    return best;
+  }
+  best.status = Status::ok;
+  return best;
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,37 @@
+/// \file
+/// Step 4: the static map from state and input to the auxiliary input, by variable projection (Golub & Pereyra 1973;
+/// Kaufman 1975; for neural networks Sjoberg & Viberg 1997, as the paper cites it).
+#pragma once
+
+#include <memory>
+
+#include "core/base/random.hpp"
+#include "core/identify/solver.hpp"
+#include "core/model/static_map.hpp"
+
+namespace wheelhop {
+
+struct MapFitOptions {
+  Index starts = 3;
+  Index iterations = 60;
+  Index samples = 3000;  ///< at most so many, evenly spaced: the map is low-dimensional, the record is not
+};
+
+struct MapFit {
+  Status status = Status::failed;
+  std::string message;
+  std::shared_ptr<StaticMap> map;  ///< nonlinear part W phi + b
+  Matrix L;                        ///< q x d, linear part in xi, to be folded into the linear system
+  double residual = 0;             ///< RMS of f - fhat over RMS of f
+};
+
+/// min over alpha of  min over W, b, L of  ||f - W phi(xi; alpha) - b - L xi||.
+/// @param prototype decides family and size; @param warm a fitted map to begin with, or nullptr
+/// @param xi d x N, unit variance a row   @param f q x N
+MapFit fit_static_map(const StaticMap& prototype, const StaticMap* warm, ConstMatrixRef xi, ConstMatrixRef f,
+                      const MapFitOptions& options, const Solver& solver, Random& random);
+
+/// The reduced problem in alpha (residual after projecting out the linear weights), exposed for its gradient's test.
+std::unique_ptr<ResidualProblem> map_problem(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f);
+
+}  // namespace wheelhop

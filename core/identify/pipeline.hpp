@@ -1,0 +1,93 @@
+/// \file
+/// The algorithm of the paper's Sec. 2.7 on one record, and the joint refinement that follows it. Works on signals
+/// scaled to unit RMS a channel and on whitened states; the scaling goes with the result.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/base/options.hpp"
+#include "core/data/signal.hpp"
+#include "core/identify/decomposition.hpp"
+#include "core/identify/direction.hpp"
+#include "core/identify/map_fit.hpp"
+#include "core/identify/pieces.hpp"
+#include "core/model/nonlinear.hpp"
+
+namespace wheelhop {
+
+struct PipelineOptions {
+  Index order = 0;
+  Index nonlinearities = 1;
+  bool direct_term = true;
+  std::string direction = "trackability";
+  Index passes = 3;
+  Index linear_iterations = 20;
+  Index map_starts = 3;
+  Index map_iterations = 60;
+  Index refine_iterations = 100;
+  template <class V>
+  void fields(V&& visit) {
+    visit("order", order, Range{0, 100}, "-", "n; 0: read from the singular values");
+    visit("nonlinearities", nonlinearities, Range{1, 20}, "-", "q, number of auxiliary inputs f");
+    visit("direct_term", direct_term,
+          "let f act on the outputs of the same sample (Dt), as accelerations need; false: eq. (5) as printed");
+    visit("direction", direction, Choices{{"trackability", "input"}},
+          "first [Bt; Dt]: by eq. (17), which needs q < p, or from physics: f enters where the first inputs do");
+    visit("passes", passes, Range{1, 20}, "-", "rounds of steps 3 to 5; the best by training free run is kept");
+    visit(
+        "linear_iterations", linear_iterations, Range{0, 1000}, "-",
+        "output-error polish of the linear subsystem in steps 1 and 5, iterations at most; 0: subspace estimate as is");
+    visit("map_starts", map_starts, Range{1, 50}, "-", "random starts of the static map in the first pass");
+    visit("map_iterations", map_iterations, Range{1, 1000}, "-", "cap on the map's iterations a start");
+    visit("refine_iterations", refine_iterations, Range{0, 10000}, "-", "cap on the joint refinement; 0: none");
+  }
+};
+
+/// The pieces a run is made of, borrowed for its duration.
+struct Pieces {
+  const SubspaceEstimator& subspace;
+  const InputReconstructor& inversion;
+  std::function<std::unique_ptr<StaticMap>(Index inputs, Index outputs)> make_map;
+  const Solver& solver;
+};
+
+/// RMS of every channel on the training record; signals are divided by it.
+struct Scaling {
+  Vector u, y;
+};
+
+/// One round of steps 3 to 5.
+struct Pass {
+  Status status = Status::failed;
+  std::string message;
+  double input_variance = 0;  ///< Q_eta / R_v of the inversion
+  double map_residual = 0;    ///< of the static map's fit, relative
+  Decomposition split;        ///< eq. (4) on the reconstructed states
+  NonlinearModel model;
+  Vector x0;
+  Vector training_vaf;  ///< p, free run
+  double score = 0;     ///< mean of training_vaf, -infinity if the free run diverged
+};
+
+struct PipelineResult {
+  Status status = Status::failed;  ///< that of the whole; failures of single passes stand in `passes`
+  std::string message;
+  Scaling scaling;
+  LinearEstimate linear;     ///< step 1
+  Direction direction;       ///< step 2
+  std::vector<Pass> passes;  ///< steps 3 to 5
+  Index best = -1;           ///< index of the best pass
+  NonlinearModel model;      ///< of the best pass, refined if asked
+  Vector x0;
+  Solution refinement;  ///< iterations 0 if not asked for
+};
+
+/// @param data training record   @param random supplies the initial guesses
+PipelineResult run_pipeline(const Signal& data, const PipelineOptions& options, const Pieces& pieces, Random& random);
+
+/// Steps 1 to 5 alone, model = best pass, on signals that are scaled already.
+PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time_s, const PipelineOptions& options,
+                          const Pieces& pieces, Random& random);
+
+}  // namespace wheelhop

@@ -1,0 +1,71 @@
+#include "core/model/nonlinear.hpp"
+
+#include <stdexcept>
+
+namespace wheelhop {
+
+Vector StaticMap::theta() const {
+  Vector all(parameters());
+  all << alpha, W.reshaped(), b;
+  return all;
+}
+
+void StaticMap::set_theta(ConstVectorRef theta) {
+  if (theta.size() != parameters()) throw std::invalid_argument("StaticMap::set_theta: wrong number of parameters");
+  alpha = theta.head(alpha.size());
+  W.reshaped() = theta.segment(alpha.size(), W.size());
+  b = theta.tail(b.size());
+}
+
+void StaticMap::value(const double* xi, double* f, double* phi_scratch) const {
+  basis(xi, phi_scratch);
+  for (Index i = 0; i < outputs(); ++i) {
+    double sum = b(i);
+    for (Index j = 0; j < features(); ++j) sum += W(i, j) * phi_scratch[j];
+    f[i] = sum;
+  }
+}
+
+FreeRun free_run(const NonlinearModel& model, ConstMatrixRef u, ConstVectorRef x0) {
+  const Index n = model.order(), m = u.rows(), samples = u.cols(), q = model.auxiliary_count();
+  FreeRun run;
+  run.x = Matrix::Zero(n, samples);
+  run.f = Matrix::Zero(q, samples);
+  const Matrix forced = model.linear.B * u;
+  Vector x = x0, next(n), xi(n + m), phi(model.map ? model.map->features() : 0), f = Vector::Zero(q);
+  for (Index k = 0; k < samples; ++k) {
+    if (!(x.cwiseAbs().maxCoeff() <= kStateGuard)) {  // also false for NaN
+      run.status = Status::outside_domain;
+      run.stopped_at = k;
+      break;
+    }
+    run.x.col(k) = x;
+    next.noalias() = model.linear.A * x;
+    if (model.map) {
+      xi << x, u.col(k);
+      model.map->value(xi.data(), f.data(), phi.data());
+      run.f.col(k) = f;
+      next.noalias() += model.Bt * f;
+    }
+    x = next + forced.col(k);
+  }
+  const Index valid = run.stopped_at < 0 ? samples : run.stopped_at;
+  run.y = Matrix::Zero(model.linear.output_count(), samples);
+  auto y = run.y.leftCols(valid);
+  y.noalias() = model.linear.C * run.x.leftCols(valid);
+  y.noalias() += model.linear.D * u.leftCols(valid);
+  if (model.map) y.noalias() += model.Dt * run.f.leftCols(valid);
+  y.colwise() += model.linear.y0;
+  return run;
+}
+
+void fold_linear_part(NonlinearModel& model, ConstMatrixRef L) {
+  const Index n = model.order();
+  LinearModel& linear = model.linear;
+  linear.A += model.Bt * L.leftCols(n);
+  linear.B += model.Bt * L.rightCols(L.cols() - n);
+  linear.C += model.Dt * L.leftCols(n);
+  linear.D += model.Dt * L.rightCols(L.cols() - n);
+}
+
+}  // namespace wheelhop

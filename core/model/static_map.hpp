@@ -1,0 +1,59 @@
+/// \file
+/// Interface of the static nonlinearity  f = W phi(xi; alpha) + b  of the paper's Sec. 2.6, with the linear output
+/// weights W, b exposed, so that variable projection serves every piece.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/base/json.hpp"
+#include "core/base/random.hpp"
+
+namespace wheelhop {
+
+/// A map R^d -> R^q. Parameters theta = [alpha; vec W (column-major); b].
+/// The linear part in xi is deliberately absent: the model's A, B, C, D carry it.
+class StaticMap {
+ public:
+  virtual ~StaticMap() = default;
+  virtual std::unique_ptr<StaticMap> clone() const = 0;
+  virtual std::string name() const = 0;
+
+  Index inputs() const { return inputs_; }                 ///< d
+  Index outputs() const { return W.rows(); }               ///< q
+  Index features() const { return W.cols(); }              ///< h
+  Index inner_parameters() const { return alpha.size(); }  ///< number of alpha
+  Index parameters() const { return alpha.size() + W.size() + b.size(); }
+
+  /// Draws a fresh alpha. The inputs xi are expected centred near zero with unit variance.
+  virtual void initialise(Random& random) = 0;
+
+  /// phi(xi). @param xi d values   @param phi h values out
+  virtual void basis(const double* xi, double* phi) const = 0;
+
+  /// phi, its derivatives and the product with W in one go.
+  /// @param phi h   @param dphi_dxi h x d row-major   @param dphi_dalpha h x (number of alpha) row-major
+  virtual void basis_jacobians(const double* xi, double* phi, double* dphi_dxi, double* dphi_dalpha) const = 0;
+
+  /// Options and parameters as they stand in a model file.
+  virtual Json to_json() const = 0;
+
+  Vector theta() const;
+  void set_theta(ConstVectorRef theta);
+  /// f(xi). @param xi d   @param f q out
+  void value(const double* xi, double* f, double* phi_scratch) const;
+
+  Vector alpha;  ///< inner, nonlinear parameters
+  Matrix W;      ///< q x h output weights
+  Vector b;      ///< q
+
+ protected:
+  StaticMap(Index inputs, Index outputs, Index features, Index inner)
+      : alpha(Vector::Zero(inner)), W(Matrix::Zero(outputs, features)), b(Vector::Zero(outputs)), inputs_(inputs) {}
+  StaticMap(const StaticMap&) = default;
+
+ private:
+  Index inputs_;
+};
+
+}  // namespace wheelhop

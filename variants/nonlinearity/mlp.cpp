@@ -1,0 +1,69 @@
+#include "variants/nonlinearity/mlp.hpp"
+
+#include <cmath>
+
+namespace wheelhop {
+namespace {
+
+/// alpha = [w_1; c_1; w_2; c_2; ...], d + 1 values a unit.
+class Mlp final : public StaticMap {
+ public:
+  Mlp(Index inputs, Index outputs, const MlpOptions& options)
+      : StaticMap(inputs, outputs, options.hidden_units, options.hidden_units * (inputs + 1)), options_(options) {}
+
+  std::unique_ptr<StaticMap> clone() const override { return std::make_unique<Mlp>(*this); }
+  std::string name() const override { return "mlp"; }
+
+  void initialise(Random& random) override {
+    // Weights of modulus ~1 bend within the data's unit variance; offsets of +-1.5 spread the bends over the range.
+    const Index d = inputs();
+    for (Index i = 0; i < features(); ++i) {
+      for (Index j = 0; j < d; ++j) alpha(i * (d + 1) + j) = random.normal() / std::sqrt(static_cast<double>(d));
+      alpha(i * (d + 1) + d) = 3 * random.uniform() - 1.5;
+    }
+  }
+
+  void basis(const double* xi, double* phi) const override {
+    const Index d = inputs();
+    const double* w = alpha.data();
+    for (Index i = 0; i < features(); ++i, w += d + 1) {
+      double sum = w[d];
+      for (Index j = 0; j < d; ++j) sum += w[j] * xi[j];
+      phi[i] = std::tanh(sum);
+    }
+  }
+
+  void basis_jacobians(const double* xi, double* phi, double* dphi_dxi, double* dphi_dalpha) const override {
+    basis(xi, phi);
+    const Index d = inputs(), width = inner_parameters();
+    std::fill(dphi_dalpha, dphi_dalpha + features() * width, 0.0);
+    for (Index i = 0; i < features(); ++i) {
+      const double slope = 1 - phi[i] * phi[i];
+      double* own = dphi_dalpha + i * width + i * (d + 1);
+      for (Index j = 0; j < d; ++j) {
+        dphi_dxi[i * d + j] = slope * alpha(i * (d + 1) + j);
+        own[j] = slope * xi[j];
+      }
+      own[d] = slope;
+    }
+  }
+
+  Json to_json() const override {
+    return {{"name", name()},
+            {"options", write_options(options_)},
+            {"alpha", std::vector<double>(alpha.begin(), alpha.end())},
+            {"W", wheelhop::to_json(W)},
+            {"b", std::vector<double>(b.begin(), b.end())}};
+  }
+
+ private:
+  MlpOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<StaticMap> make_mlp(Index inputs, Index outputs, const MlpOptions& options) {
+  return std::make_unique<Mlp>(inputs, outputs, options);
+}
+
+}  // namespace wheelhop

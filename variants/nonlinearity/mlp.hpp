@@ -1,0 +1,21 @@
+/// \file
+/// Multilayer perceptron with one hidden layer of tanh units: phi_i = tanh(w_i' xi + c_i).
+#pragma once
+
+#include "core/base/options.hpp"
+#include "core/model/static_map.hpp"
+
+namespace wheelhop {
+
+struct MlpOptions {
+  Index hidden_units = 5;
+  template <class V>
+  void fields(V&& visit) {
+    visit("hidden_units", hidden_units, Range{1, 100}, "-",
+          "tanh units; 3 to 6 suffice for one spring, more cost time and extrapolate worse");
+  }
+};
+
+std::unique_ptr<StaticMap> make_mlp(Index inputs, Index outputs, const MlpOptions& options);
+
+}  // namespace wheelhop
