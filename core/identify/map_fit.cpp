@@ -49,16 +49,20 @@ class MapProblem final : public ResidualProblem {
     return r.allFinite();
   }
 
-  /// W, b, L for a given alpha.
-  void weights(ConstVectorRef alpha, StaticMap& map, Matrix& L, double& relative_residual) const {
+  /// W, b and the linear part for a given alpha; returns the relative residual.
+  double weights(ConstVectorRef alpha, StaticMap& map, Matrix& linear) const {
     const Matrix columns = regressors(alpha, nullptr);
     const LeastSquares fit = least_squares(columns, f_, 1e-11);
-    const Index h = map_->features();
+    const Index h = map_->features(), d = xi_.rows();
     map.alpha = alpha;
     map.W = fit.x.topRows(h).transpose();
-    map.b = fit.x.row(h).transpose();
-    L = fit.x.bottomRows(xi_.rows()).transpose();
-    relative_residual = fit.residual_norm / std::max(f_.norm(), 1e-300);
+    // What W phi has in common with [1, xi] moves to the linear part. Tanh units of small weight are almost linear, and
+    // without this split W phi and the linear part may be huge and cancel.
+    const LeastSquares common = least_squares(columns.rightCols(d + 1), columns.leftCols(h) * fit.x.topRows(h), 1e-11);
+    map.b = -common.x.row(0).transpose();
+    map.L = -common.x.bottomRows(d).transpose();
+    linear = (fit.x.bottomRows(d) + common.x.bottomRows(d)).transpose();
+    return fit.residual_norm / std::max(f_.norm(), 1e-300);
   }
 
  private:
@@ -117,12 +121,11 @@ MapFit fit_static_map(const StaticMap& prototype, const StaticMap* warm, ConstMa
       if (solution.status == Status::outside_domain || !solution.theta.allFinite()) continue;
       alpha = solution.theta;
     }
-    Matrix L;
-    double residual = 0;
-    problem.weights(alpha, *map, L, residual);
+    Matrix linear;
+    const double residual = problem.weights(alpha, *map, linear);
     if (!(residual < best.residual)) continue;
     best.residual = residual;
-    best.L = L;
+    best.linear = linear;
     best.map = std::move(map);
   }
   if (!best.map || !std::isfinite(best.residual)) {

@@ -20,12 +20,13 @@ struct MapFitOptions {
 struct MapFit {
   Status status = Status::failed;
   std::string message;
-  std::shared_ptr<StaticMap> map;  ///< nonlinear part W phi + b
-  Matrix L;                        ///< q x d, linear part in xi, to be folded into the linear system
+  std::shared_ptr<StaticMap> map;  ///< nonlinear part, uncorrelated with [1, xi] on the data
+  Matrix linear;                   ///< q x d, linear part in xi, to be folded into the linear system
   double residual = 0;             ///< RMS of f - fhat over RMS of f
 };
 
-/// min over alpha of  min over W, b, L of  ||f - W phi(xi; alpha) - b - L xi||.
+/// min over alpha of  min over W, b, L of  ||f - W phi(xi; alpha) - b - L xi||, then split as
+/// f = (part uncorrelated with xi: the map) + linear xi, which is the choice of eq. (4).
 /// @param prototype decides family and size; @param warm a fitted map to begin with, or nullptr
 /// @param xi d x N, unit variance a row   @param f q x N
 MapFit fit_static_map(const StaticMap& prototype, const StaticMap* warm, ConstMatrixRef xi, ConstMatrixRef f,

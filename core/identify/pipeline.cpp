@@ -58,18 +58,6 @@ void whiten_auxiliary(Extended& system, Matrix& f) {
   system.Dt = system.Dt * L;
 }
 
-/// Output-error fit of a linear model from `model`, x0; the start is kept if it cannot be bettered.
-void polish(LinearModel& model, Vector& x0, ConstMatrixRef u, ConstMatrixRef y, const Solver& solver,
-            Index iterations) {
-  if (iterations == 0) return;
-  NonlinearModel start{model, Matrix(model.order(), 0), Matrix(model.output_count(), 0), nullptr};
-  const Refinement fit = refine(start, x0, u, y, Vector::Ones(y.rows()), 0, solver, iterations);
-  if (fit.solution.status != Status::ok && fit.solution.status != Status::iteration_limit) return;
-  if (!(spectral_radius(fit.model.linear.A) < 1)) return;
-  model = fit.model.linear;
-  x0 = fit.x0;
-}
-
 }  // namespace
 
 PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time_s, const PipelineOptions& options,
@@ -89,12 +77,6 @@ PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time
   whiten(system, x_linear);
   result.linear.model = system.linear;
   result.linear.x0 = system.x0;
-
-  if (options.linear_iterations > 0) {
-    polish(system.linear, system.x0, u, y, pieces.solver, options.linear_iterations);
-    x_linear = simulate(system.linear, u, system.x0).x;
-    whiten(system, x_linear);
-  }
 
   const auto residual = [&] { return Matrix(y - simulate(system.linear, u, system.x0).y); };  // eqs. (12)-(13)
   if (options.direction == "input") {
@@ -124,7 +106,6 @@ PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time
     system.Dt = result.direction.Dt;
   }
 
-  const StaticMap* warm = nullptr;
   for (Index number = 0; number < options.passes; ++number) {
     Pass pass;
     const Matrix z = residual();
@@ -153,9 +134,8 @@ PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time
     MapFitOptions step4;
     step4.starts = number == 0 ? options.map_starts : 1;
     step4.iterations = options.map_iterations;
-    const MapFit fit = fit_static_map(*pieces.make_map(n + m, q), nullptr, stacked(x, u), f, step4, pieces.solver,
+    const MapFit fit = fit_static_map(*pieces.make_map(n + m, q), stacked(x, u), f, step4, pieces.solver,
                                       random);  // step 4
-    static_cast<void>(warm);
     pass.status = fit.status;
     pass.message = fit.message;
     if (fit.status != Status::ok) {
@@ -164,7 +144,7 @@ PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time
     }
     pass.map_residual = fit.residual;
     pass.model = {system.linear, system.Bt, system.Dt, fit.map};
-    fold_linear_part(pass.model, fit.L);
+    fold_linear_part(pass.model, fit.linear);
     pass.x0 = system.x0;
     const FreeRun run = free_run(pass.model, u, pass.x0);
     pass.status = run.status;
@@ -180,14 +160,17 @@ PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time
       const Matrix xi = stacked(x, u);
       for (Index k = 0; k < f.cols(); ++k) fit.map->value(xi.col(k).data(), f_hat.col(k).data(), phi.data());
       const Matrix extended = stacked(u, f_hat);
-      LinearEstimate again;
-      again.model = pass.model.linear;
-      again.model.A = stabilised(again.model.A, 0.999);
-      const InputMatrices r =
-          estimate_input_matrices(again.model.A, again.model.C, extended, y, options.direct_term ? m + q : m);
-      again.model = r.model;
-      again.x0 = r.x0;
-      polish(again.model, again.x0, extended, y, pieces.solver, options.linear_iterations);
+      LinearEstimate again = pieces.subspace.identify(extended, y, n);
+      if (again.status != Status::ok) {
+        pass.message = "step 5: " + again.message;
+        result.passes.push_back(std::move(pass));
+        break;
+      }
+      if (!options.direct_term) {
+        const InputMatrices restricted = estimate_input_matrices(again.model.A, again.model.C, extended, y, m);
+        again.model = restricted.model;
+        again.x0 = restricted.x0;
+      }
       system = split_inputs(again.model, again.x0, m);
     }
     result.passes.push_back(std::move(pass));

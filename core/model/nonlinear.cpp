@@ -22,6 +22,7 @@ void StaticMap::value(const double* xi, double* f, double* phi_scratch) const {
   for (Index i = 0; i < outputs(); ++i) {
     double sum = b(i);
     for (Index j = 0; j < features(); ++j) sum += W(i, j) * phi_scratch[j];
+    for (Index j = 0; j < inputs_; ++j) sum += L(i, j) * xi[j];
     f[i] = sum;
   }
 }

@@ -71,8 +71,8 @@ bool free_run_sensitivities(const NonlinearModel& model, ConstMatrixRef u, Const
         const StaticMap& map = *model.map;
         xi << x, u_k;
         map.basis_jacobians(xi.data(), phi.data(), dphi_dxi.data(), dphi_dalpha.data());
-        f.noalias() = map.W * phi + map.b;
-        df_dx.noalias() = map.W * dphi_dxi.leftCols(n);
+        f.noalias() = map.W * phi + map.b + map.L * xi;
+        df_dx.noalias() = map.W * dphi_dxi.leftCols(n) + map.L.leftCols(n);
         for (Index i = 0; i < q; ++i) {
           double* theta = F.data() + i * at.map;
           std::fill(theta, theta + inner, 0.0);

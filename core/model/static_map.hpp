@@ -1,6 +1,6 @@
 /// \file
-/// Interface of the static nonlinearity  f = W phi(xi; alpha) + b  of the paper's Sec. 2.6, with the linear output
-/// weights W, b exposed, so that variable projection serves every piece.
+/// Interface of the static nonlinearity  f = W phi(xi; alpha) + b + L xi  of the paper's Sec. 2.6, with the linear
+/// output weights exposed, so that variable projection serves every piece.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,8 @@
 namespace wheelhop {
 
 /// A map R^d -> R^q. Parameters theta = [alpha; vec W (column-major); b].
-/// The linear part in xi is deliberately absent: the model's A, B, C, D carry it.
+/// L is no parameter: it is set once, so that f is uncorrelated with xi on the training record (the choice of eq. (4)),
+/// and what it takes away stands in the model's A, B, C, D. A free L would be redundant with them.
 class StaticMap {
  public:
   virtual ~StaticMap() = default;
@@ -46,10 +47,15 @@ class StaticMap {
   Vector alpha;  ///< inner, nonlinear parameters
   Matrix W;      ///< q x h output weights
   Vector b;      ///< q
+  Matrix L;      ///< q x d, fixed linear part
 
  protected:
   StaticMap(Index inputs, Index outputs, Index features, Index inner)
-      : alpha(Vector::Zero(inner)), W(Matrix::Zero(outputs, features)), b(Vector::Zero(outputs)), inputs_(inputs) {}
+      : alpha(Vector::Zero(inner)),
+        W(Matrix::Zero(outputs, features)),
+        b(Vector::Zero(outputs)),
+        L(Matrix::Zero(outputs, inputs)),
+        inputs_(inputs) {}
   StaticMap(const StaticMap&) = default;
 
  private:

@@ -53,7 +53,8 @@ class Mlp final : public StaticMap {
             {"options", write_options(options_)},
             {"alpha", std::vector<double>(alpha.begin(), alpha.end())},
             {"W", wheelhop::to_json(W)},
-            {"b", std::vector<double>(b.begin(), b.end())}};
+            {"b", std::vector<double>(b.begin(), b.end())},
+            {"L", wheelhop::to_json(L)}};
   }
 
  private:
