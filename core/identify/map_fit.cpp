@@ -104,17 +104,14 @@ std::unique_ptr<ResidualProblem> map_problem(const StaticMap& prototype, ConstMa
   return std::make_unique<MapProblem>(prototype, xi, f);
 }
 
-MapFit fit_static_map(const StaticMap& prototype, const StaticMap* warm, ConstMatrixRef xi, ConstMatrixRef f,
-                      const MapFitOptions& options, const Solver& solver, Random& random) {
+MapFit fit_static_map(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f, const MapFitOptions& options,
+                      const Solver& solver, Random& random) {
   MapFit best;
   best.residual = std::numeric_limits<double>::infinity();
   const MapProblem problem(prototype, thinned(xi, options.samples), thinned(f, options.samples));
-  for (Index start = 0; start < options.starts + (warm ? 1 : 0); ++start) {
+  for (Index start = 0; start < options.starts; ++start) {
     std::unique_ptr<StaticMap> map = prototype.clone();
-    if (warm && start == 0)
-      map->alpha = warm->alpha;
-    else
-      map->initialise(random);
+    map->initialise(random);
     Vector alpha = map->alpha;
     if (problem.parameters() > 0) {
       const Solution solution = solver.minimise(problem, alpha, options.iterations);

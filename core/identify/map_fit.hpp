@@ -27,10 +27,10 @@ struct MapFit {
 
 /// min over alpha of  min over W, b, L of  ||f - W phi(xi; alpha) - b - L xi||, then split as
 /// f = (part uncorrelated with xi: the map) + linear xi, which is the choice of eq. (4).
-/// @param prototype decides family and size; @param warm a fitted map to begin with, or nullptr
+/// @param prototype decides family and size
 /// @param xi d x N, unit variance a row   @param f q x N
-MapFit fit_static_map(const StaticMap& prototype, const StaticMap* warm, ConstMatrixRef xi, ConstMatrixRef f,
-                      const MapFitOptions& options, const Solver& solver, Random& random);
+MapFit fit_static_map(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f, const MapFitOptions& options,
+                      const Solver& solver, Random& random);
 
 /// The reduced problem in alpha (residual after projecting out the linear weights), exposed for its gradient's test.
 std::unique_ptr<ResidualProblem> map_problem(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f);

@@ -22,7 +22,6 @@ struct PipelineOptions {
   bool direct_term = true;
   std::string direction = "trackability";
   Index passes = 3;
-  Index linear_iterations = 20;
   Index map_starts = 3;
   Index map_iterations = 60;
   Index refine_iterations = 100;
@@ -35,9 +34,6 @@ struct PipelineOptions {
     visit("direction", direction, Choices{{"trackability", "input"}},
           "first [Bt; Dt]: by eq. (17), which needs q < p, or from physics: f enters where the first inputs do");
     visit("passes", passes, Range{1, 20}, "-", "rounds of steps 3 to 5; the best by training free run is kept");
-    visit(
-        "linear_iterations", linear_iterations, Range{0, 1000}, "-",
-        "output-error polish of the linear subsystem in steps 1 and 5, iterations at most; 0: subspace estimate as is");
     visit("map_starts", map_starts, Range{1, 50}, "-", "random starts of the static map in the first pass");
     visit("map_iterations", map_iterations, Range{1, 1000}, "-", "cap on the map's iterations a start");
     visit("refine_iterations", refine_iterations, Range{0, 10000}, "-", "cap on the joint refinement; 0: none");

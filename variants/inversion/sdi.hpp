@@ -11,7 +11,7 @@
 namespace wheelhop {
 
 struct SdiOptions {
-  std::string read_out = "fixed_lag";
+  std::string read_out = "smoothed";
   Index lag = 5;
   double input_variance = 0;
   double input_pole = 1;
