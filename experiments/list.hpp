@@ -1,0 +1,17 @@
+/// \file
+/// `wheelhop list [--json]`: every swappable piece, law and drive with its options.
+#pragma once
+
+#include "core/base/json.hpp"
+
+namespace wheelhop {
+
+/// Families of pieces, laws of plant elements and drives: `{"schema": "wheelhop.list/1", "families": [{"family",
+/// "meaning", "pieces": [{"name", "source", "meaning", "available", "unavailable"?, "options": [{"name", "default",
+/// "unit", "range", "meaning"}]}]}]}`.
+Json list_pieces();
+
+/// Prints that, as JSON or for reading. @return 0
+int run_list(bool as_json);
+
+}  // namespace wheelhop

@@ -1,0 +1,129 @@
+// The program: commands, their options, their exit status. 0 done, 1 finished with a numerical outcome that is not ok,
+// 2 wrong use.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <new>
+
+#include "core/base/json.hpp"
+#include "core/base/status.hpp"
+#include "experiments/generate.hpp"
+#include "experiments/list.hpp"
+#include "experiments/reproduce.hpp"
+
+namespace {
+
+using namespace wheelhop;
+using Run = std::function<int()>;
+
+/// Values that the commands' options are bound to; they outlive parsing.
+struct Arguments {
+  bool json = false, quiet = false;
+  std::string config, out;
+  ReproduceRequest reproduce;
+  std::string reproduce_config, reproduce_out = "out/reproduce";
+};
+
+void add_quiet(CLI::App& command, Arguments& arguments) {
+  command.add_flag("--quiet", arguments.quiet, "no progress on stderr");
+}
+
+void add_list(CLI::App& app, Arguments& arguments, Run& run) {
+  CLI::App& command = *app.add_subcommand("list", "every piece, law and drive: source, options, defaults, units");
+  command.add_flag("--json", arguments.json, "as JSON");
+  command.footer("Example:\n  wheelhop list --json");
+  command.callback([&] { run = [&] { return run_list(arguments.json); }; });
+}
+
+void add_generate(CLI::App& app, Arguments& arguments, Run& run) {
+  CLI::App& command = *app.add_subcommand("generate", "simulate a data set: records, plant, provenance");
+  command.add_option("CONFIG", arguments.config, "plant, drives and records as JSON")->required();
+  command.add_option("--out", arguments.out, "folder to write")->required();
+  add_quiet(command, arguments);
+  command.footer("Example:\n  wheelhop generate experiments/configs/generate_quarter_car.json --out out/quarter_car");
+  command.callback([&] { run = [&] { return run_generate(arguments.config, arguments.out, arguments.quiet); }; });
+}
+
+void add_reproduce(CLI::App& app, Arguments& arguments, Run& run) {
+  CLI::App& command = *app.add_subcommand("reproduce", "the paper's Table 1 and Figures 4 to 6");
+  ReproduceRequest& request = arguments.reproduce;
+  command.add_option("--out", arguments.reproduce_out, "folder to write")->capture_default_str();
+  command.add_option("--realisations", request.realisations, "how many pairs of records (default: of the config, 20)")
+      ->check(CLI::Range(1, 1000000));
+  command.add_option("--seed", request.seed, "master seed (default: of the config, 1)")
+      ->check(CLI::Range(Index{0}, std::numeric_limits<Index>::max()));
+  command
+      .add_option("--snr", request.snr_db, "white noise this many dB below every output, in training and validation")
+      ->check(CLI::Range(-100.0, 300.0));
+  command.add_option("--jobs", request.jobs, "realisations at once (default: all threads); never changes a result")
+      ->check(CLI::Range(1, 4096));
+  command.add_option("--config", arguments.reproduce_config,
+                     "another config than experiments/configs/paper.json: plant, drive, lengths, pieces, options");
+  add_quiet(command, arguments);
+  command.footer(
+      "Writes table1.json, figures/, report.html and timing.json into the folder, and prints the table.\n"
+      "Example:\n  wheelhop reproduce --realisations 4 --out out/quick");
+  command.callback([&] {
+    run = [&] {
+      request.config = arguments.reproduce_config;
+      request.out = arguments.reproduce_out;
+      request.quiet = arguments.quiet;
+      return run_reproduce(request);
+    };
+  });
+}
+
+/// CLI11 would call an unknown command an extra argument.
+void require_known_command(const CLI::App& app, int count, char** words) {
+  if (count < 2 || words[1][0] == '-') return;
+  std::vector<std::string> known;
+  for (const CLI::App* command : app.get_subcommands({})) known.push_back(command->get_name());
+  const std::string word = words[1];
+  if (std::find(known.begin(), known.end(), word) != known.end()) return;
+  const std::string nearest = nearest_name(word, known);
+  throw UserError("unknown command \"" + word + "\"; known commands: " + join_names(known) +
+                  (nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?"));
+}
+
+int run_program(int count, char** words) {
+  CLI::App app("wheelhop: identification of nonlinear vibration dynamics", "wheelhop");
+  app.require_subcommand(1);
+  app.set_help_all_flag("--help-all", "help of every command");
+  app.footer("wheelhop COMMAND --help tells more, with an example.");
+  Arguments arguments;
+  Run run;
+  add_list(app, arguments, run);
+  add_generate(app, arguments, run);
+  add_reproduce(app, arguments, run);
+  require_known_command(app, count, words);
+  if (count < 2) {
+    std::fputs(app.help().c_str(), stderr);
+    return 2;
+  }
+  try {
+    app.parse(count, words);
+  } catch (const CLI::Success& help) {  // --help
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    throw UserError(std::string(words[1]) + ": " + error.what() + " (wheelhop " + words[1] + " --help)");
+  }
+  return run();
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  try {
+    return run_program(count, words);
+  } catch (const wheelhop::UserError& error) {
+    std::fprintf(stderr, "wheelhop: %s\n", error.what());
+    return 2;
+  } catch (const std::bad_alloc&) {
+    std::fputs("wheelhop: not enough memory\n", stderr);
+    return 1;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "wheelhop: failed: %s\n", error.what());
+    return 1;
+  }
+}

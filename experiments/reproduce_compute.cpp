@@ -1,0 +1,211 @@
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "core/data/metrics.hpp"
+#include "core/data/noise.hpp"
+#include "core/plant/dataset.hpp"
+#include "experiments/reproduce_study.hpp"
+
+namespace wheelhop {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+struct Records {
+  Signal training, validation;  // as measured
+  Matrix clean;                 // validation outputs without noise, p x N
+  Matrix states;                // of the plant on the validation record
+  Vector noise_std;             // p; zero without noise
+};
+
+/// The same numbers as `generate` draws for a config whose records are these two.
+GeneratedRecord make_record(const ReproduceConfig& config, Index which, double seconds, Index realisation) {
+  const Plant& plant = config.plant;
+  const double hold_hz = plant.hold_hz();
+  const Index lead = std::llround(config.settle_s * hold_hz);
+  const Index samples =
+      std::llround(seconds * config.sampling_hz) * hold_samples_per_record_sample(plant, config.sampling_hz);
+  Matrix drive(plant.input_count(), lead + samples);
+  for (Index i = 0; i < plant.input_count(); ++i) {
+    Random random(static_cast<std::uint64_t>(config.seed), Stream::road, static_cast<std::uint64_t>(which * 4096 + i),
+                  static_cast<std::uint64_t>(realisation));
+    drive.row(i) = make_drive(config.drive, hold_hz, lead, samples, random).values;
+  }
+  return generate_record(plant, drive, config.sampling_hz,
+                         {.substeps = config.substeps, .lead_samples = lead, .from_equilibrium = true});
+}
+
+bool make_records(const ReproduceConfig& config, RealisationRow& row, Records& records) {
+  const char* names[] = {"training", "validation"};
+  const double seconds[] = {config.estimation_s, config.validation_s};
+  for (Index which = 0; which < 2; ++which) {
+    GeneratedRecord record = make_record(config, which, seconds[which], row.realisation);
+    if (record.status != Status::ok) {
+      row.status = record.status;
+      row.message = std::string(names[which]) + " record: " + record.message;
+      return false;
+    }
+    Signal& signal = which == 0 ? records.training : records.validation;
+    signal = std::move(record.signal);
+    if (which == 1) {
+      records.clean = signal.y;
+      records.states = std::move(record.states);
+    }
+    records.noise_std = Vector::Zero(signal.output_count());
+    if (!config.snr_db) continue;
+    Random random(static_cast<std::uint64_t>(config.seed), Stream::noise, static_cast<std::uint64_t>(which),
+                  static_cast<std::uint64_t>(row.realisation));
+    records.noise_std = add_noise(signal, *config.snr_db, random);
+  }
+  return true;
+}
+
+Beyond beyond_training(const ReproduceConfig& config, const Records& records) {
+  Beyond beyond;
+  std::vector<bool> outside(static_cast<std::size_t>(records.validation.samples()), false);
+  for (std::size_t s = 0; s < 3; ++s) {
+    const auto known = records.training.y.row(config.car.sensors[s]);
+    const auto met = records.validation.y.row(config.car.sensors[s]);
+    const double low = known.minCoeff(), high = known.maxCoeff();
+    for (Index k = 0; k < met.size(); ++k)
+      if (met(k) < low || met(k) > high) outside[static_cast<std::size_t>(k)] = true;
+    const double distance = std::max({low - met.minCoeff(), met.maxCoeff() - high, 0.0});
+    beyond.share_of_range[s] = distance > 0 ? distance / (high - low) : 0;
+  }
+  for (const bool flag : outside) beyond.samples += flag;
+  return beyond;
+}
+
+/// What is left of the rows of `signal` (r x N) after regression on a constant and the rows of `regressors`.
+Matrix nonlinear_part(ConstMatrixRef signal, ConstMatrixRef regressors) {
+  Matrix columns(signal.cols(), regressors.rows() + 1);
+  columns << Vector::Ones(signal.cols()), regressors.transpose();
+  const Matrix target = signal.transpose();
+  return target - columns * least_squares(columns, target).x;
+}
+
+/// R^2 between the nonlinear parts of f and of the true force of the suspension along the validation record.
+double spring_r2(const ReproduceConfig& config, const Records& records, ConstMatrixRef f) {
+  const Element& suspension = config.plant.elements[static_cast<std::size_t>(config.car.suspension)];
+  const Index n = config.plant.mass_count();
+  const double sign = suspension.to == config.plant.masses[static_cast<std::size_t>(config.car.body)].name ? 1 : -1;
+  Matrix force(1, records.states.cols());
+  for (Index k = 0; k < force.cols(); ++k) {
+    const double x = sign * (records.states(config.car.body, k) - records.states(config.car.wheel, k));
+    const double v = sign * (records.states(n + config.car.body, k) - records.states(n + config.car.wheel, k));
+    force(k) = 0;
+    for (const Law& law : suspension.laws) {
+      double part = 0;
+      if (!law.force(x, v, part)) return std::numeric_limits<double>::quiet_NaN();
+      force(k) += part;
+    }
+  }
+  Matrix regressors(records.states.rows() + records.validation.u.rows(), force.cols());
+  regressors << records.states, records.validation.u;
+  const Matrix truth = nonlinear_part(force, regressors), identified = nonlinear_part(f, regressors);
+  if (!(truth.squaredNorm() > 0)) return std::numeric_limits<double>::quiet_NaN();
+  const double left = least_squares(identified, truth).residual_norm;
+  return 1 - left * left / truth.squaredNorm();
+}
+
+ColumnScore score(const ReproduceConfig& config, const Records& records, const ScoredRun& run) {
+  ColumnScore result{run.status, run.message, {}, {}};
+  const Vector error =
+      run.status == Status::ok ? rms(records.validation.y - run.y) : Vector::Constant(records.clean.rows(), infinity);
+  for (std::size_t s = 0; s < 3; ++s) {
+    const Index row = config.car.sensors[s];
+    result.vaf_percent[s] = run.vaf(row);
+    result.residual_over_noise[s] =
+        config.snr_db ? error(row) / records.noise_std(row) : std::numeric_limits<double>::quiet_NaN();
+  }
+  return result;
+}
+
+ColumnScore failed_score(Status status, std::string message) {
+  return {status, std::move(message), {-infinity, -infinity, -infinity}, {infinity, infinity, infinity}};
+}
+
+Random initial_guess(const ReproduceConfig& config, Index realisation) {
+  return {static_cast<std::uint64_t>(config.seed), Stream::initial_guess, 0, static_cast<std::uint64_t>(realisation)};
+}
+
+void compute_as_printed(const ReproduceConfig& config, const Records& records, RealisationRow& row) {
+  ColumnScore& column = row.columns[static_cast<std::size_t>(Column::as_printed)];
+  Random random = initial_guess(config, row.realisation);
+  const PipelineResult result =
+      run_pipeline(records.training, config.printed_pipeline, config.printed_pieces.borrowed(), random);
+  if (result.status != Status::ok) {
+    column = failed_score(result.status, result.message);
+    return;
+  }
+  column = score(
+      config, records,
+      run_and_score(result.model, result.scaling, records.validation, records.clean, config.initial_state_samples));
+}
+
+void compute_main(const ReproduceConfig& config, const Records& records, RealisationRow& row) {
+  Random random = initial_guess(config, row.realisation);
+  PipelineResult result = run_pipeline(records.training, config.pipeline, config.pieces.borrowed(), random);
+  row.status = result.status;
+  row.message = result.message;
+  row.order = result.linear.order_used;
+  row.gap = result.linear.gap;
+  row.direction_residual = result.direction.residual;
+  row.agreeing_starts = result.direction.agreeing;
+  row.best_pass = result.best;
+  row.refinement = result.refinement;
+  const auto run = [&](Column column, const NonlinearModel& model) {
+    ScoredRun scored =
+        run_and_score(model, result.scaling, records.validation, records.clean, config.initial_state_samples);
+    row.columns[static_cast<std::size_t>(column)] = score(config, records, scored);
+    return scored;
+  };
+  std::array<ScoredRun, 3> runs;
+  if (result.linear.status == Status::ok) runs[0] = run(Column::linear, without_map(result.linear.model));
+  if (result.status == Status::ok) {
+    runs[1] = run(Column::nonlinear, result.passes[static_cast<std::size_t>(result.best)].model);
+    runs[2] = run(Column::refined, result.model);
+    ColumnScore& refined = row.columns[static_cast<std::size_t>(Column::refined)];
+    const Status outcome = result.refinement.status;
+    if (config.pipeline.refine_iterations == 0)
+      refined = failed_score(Status::failed, "refine_iterations is 0");
+    else if (outcome != Status::ok && outcome != Status::iteration_limit)
+      refined = failed_score(outcome, "refinement: " + result.refinement.message);
+    const Vector Dt = result.scaling.y.asDiagonal() * result.model.Dt.leftCols(1);
+    row.direct_ratio = Dt(config.car.sensors[1]) / Dt(config.car.sensors[2]);
+    row.spring_r2 =
+        runs[2].status == Status::ok ? spring_r2(config, records, runs[2].f) : std::numeric_limits<double>::quiet_NaN();
+    std::array<Matrix, 3> lines;
+    for (std::size_t s = 0; s < 3; ++s) {
+      const Index sensor = config.car.sensors[s];
+      lines[s].resize(4, records.validation.samples());
+      lines[s] << records.validation.y.row(sensor), runs[0].y.row(sensor), runs[1].y.row(sensor), runs[2].y.row(sensor);
+    }
+    row.segment = find_segment(lines, records.validation.sample_time_s);
+  }
+  for (Pass& pass : result.passes) {  // a thousand realisations must not hold a thousand models
+    pass.model = {};
+    row.passes.push_back(std::move(pass));
+  }
+}
+
+}  // namespace
+
+RealisationRow compute_realisation(const ReproduceConfig& config, Index realisation) {
+  const auto start = std::chrono::steady_clock::now();
+  RealisationRow row;
+  row.realisation = realisation;
+  row.direct_ratio = row.spring_r2 = std::numeric_limits<double>::quiet_NaN();
+  row.columns.fill(failed_score(Status::failed, "not reached"));
+  Records records;
+  if (make_records(config, row, records)) {
+    row.beyond = beyond_training(config, records);
+    compute_main(config, records, row);
+    compute_as_printed(config, records, row);
+  }
+  row.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return row;
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,125 @@
+/// \file
+/// The parts of `wheelhop reproduce`: config, one realisation, figures, files, print.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/plant/plant.hpp"
+#include "core/plant/road.hpp"
+#include "experiments/reproduce.hpp"
+#include "experiments/study.hpp"
+
+namespace wheelhop {
+
+/// One row of the paper's Table 1.
+struct PaperSignal {
+  const char* name;   ///< sensor of the plant
+  const char* title;  ///< of its figure
+  int figure;
+  double linear_vaf, nonlinear_vaf;  ///< percent
+};
+inline constexpr std::array<PaperSignal, 3> kPaperSignals = {{
+    {"suspension_displacement", "Suspension displacement", 4, 75.0, 95.4},
+    {"chassis_acceleration", "Chassis acceleration", 5, 74.2, 97.6},
+    {"axle_acceleration", "Axle acceleration", 6, 72.6, 98.8},
+}};
+
+/// The models that are compared; columns of the table.
+enum class Column { linear, as_printed, nonlinear, refined };
+inline constexpr std::array<const char*, 4> kColumnNames = {"linear", "as_printed", "nonlinear", "refined"};
+inline constexpr std::size_t kColumns = kColumnNames.size();
+
+/// Where the quarter car of the paper stands in the plant graph; found through the three sensors.
+struct QuarterCar {
+  std::array<Index, 3> sensors{};  ///< rows of the outputs, in the order of kPaperSignals
+  Index body = 0, wheel = 0;       ///< masses
+  Index suspension = 0;            ///< element between them
+};
+
+struct ReproduceConfig {
+  Plant plant;
+  QuarterCar car;
+  DriveOptions drive;
+  double sampling_hz = 200;
+  double settle_s = 2;
+  double estimation_s = 60, validation_s = 60;
+  Index substeps = 1;
+  Index realisations = 20;
+  Index seed = 1;
+  std::optional<double> snr_db;
+  Index initial_state_samples = 100;
+  PieceSet pieces, printed_pieces;
+  PipelineOptions pipeline, printed_pipeline;
+  Json effective;
+};
+
+/// Reads the request's config file and puts the request's own values over it. UserError for every mistake.
+ReproduceConfig read_reproduce_config(const ReproduceRequest& request);
+
+/// One model on one realisation's validation record.
+struct ColumnScore {
+  Status status = Status::failed;
+  std::string message;
+  std::array<double, 3> vaf_percent;          ///< against the outputs without noise
+  std::array<double, 3> residual_over_noise;  ///< RMS of the residual over that of the noise; NaN without noise
+};
+
+/// How far the validation record leaves the range of the training record.
+struct Beyond {
+  Index samples = 0;                          ///< with any output outside
+  std::array<double, 3> share_of_range = {};  ///< largest distance outside, over the width of the training range
+};
+
+/// One second in which the linear model first fails and then does well.
+struct Segment {
+  double contrast = -1;         ///< mean VAF at the end minus mean VAF at the start; negative: none found
+  Index first = 0;              ///< sample of the validation record
+  std::array<Matrix, 3> lines;  ///< 4 x samples a signal: measured, linear, nonlinear, refined
+};
+
+struct RealisationRow {
+  Index realisation = 0;
+  Status status = Status::failed;  ///< of records and main pipeline
+  std::string message;
+  std::array<ColumnScore, kColumns> columns;
+  Index order = 0;
+  double gap = 0;
+  double direction_residual = 0;
+  Index agreeing_starts = 0;
+  std::vector<Pass> passes;  ///< without their models
+  Index best_pass = -1;
+  Solution refinement;
+  Beyond beyond;
+  double direct_ratio = 0;  ///< of the refined model's Dt, chassis over axle, in physical units
+  double spring_r2 = 0;     ///< nonlinear part of f against that of the true suspension force
+  Segment segment;
+  double seconds = 0;  ///< for timing.json alone
+};
+
+RealisationRow compute_realisation(const ReproduceConfig& config, Index realisation);
+
+/// @param lines as in Segment, over the whole record
+Segment find_segment(const std::array<Matrix, 3>& lines, double sample_time_s);
+
+struct Statistics {
+  double median, q05, q95, min;
+  Index n_ok, n;
+};
+/// Order statistics in which a failed value counts as minus infinity; quantiles interpolate linearly.
+Statistics statistics_of(std::vector<double> values);
+Statistics column_statistics(const std::vector<RealisationRow>& rows, std::size_t column, std::size_t signal);
+/// Median and largest residual over noise.
+Statistics noise_statistics(const std::vector<RealisationRow>& rows, std::size_t column, std::size_t signal);
+
+/// What the paper leaves open: `[{"what", "chosen", "why"}]`.
+Json notes(const ReproduceConfig& config);
+Json table1_json(const ReproduceConfig& config, const std::vector<RealisationRow>& rows);
+/// Null if no realisation has a segment.
+Json figures_json(const ReproduceConfig& config, const std::vector<RealisationRow>& rows);
+/// @param table of table1_json
+void print_reproduction(const ReproduceConfig& config, const std::vector<RealisationRow>& rows, const Json& table);
+
+}  // namespace wheelhop

@@ -1,0 +1,14 @@
+#include "variants/table.hpp"
+#include "variants/solver/levenberg_marquardt.hpp"
+
+namespace wheelhop {
+
+const std::vector<Entry<SolverPiece>>& solver_table() {
+  static const std::vector<Entry<SolverPiece>> table = {
+      table_entry<SolverPiece, LevenbergMarquardtOptions, make_levenberg_marquardt>(
+          "levenberg_marquardt", "Levenberg 1944; Marquardt 1963; damping rule of Nielsen 1999, eq. (2.5)",
+          "damped Gauss-Newton on the normal equations, scaled by diag(J'J)")};
+  return table;
+}
+
+}  // namespace wheelhop
