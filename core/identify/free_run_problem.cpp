@@ -28,11 +28,9 @@ class FreeRunProblem final : public ResidualProblem {
   }
 
   bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
-    const Index p = y_.rows();
     return sweep(theta, [&](Index row, ConstMatrixRef error, ConstMatrixRef weighted) {
       r.segment(row, error.size()) = error.reshaped();
       J.middleRows(row, error.size()) = weighted.transpose();
-      static_cast<void>(p);
     });
   }
 
@@ -61,7 +59,7 @@ class FreeRunProblem final : public ResidualProblem {
       const Index drop = std::min(std::max<Index>(skip_ - first, 0), y.cols()), count = y.cols() - drop;
       if (count == 0) return;
       error = weight_.asDiagonal() * (y.rightCols(count) - y_.middleCols(first + drop, count));
-      weighted = J.rightCols(p * count) * weight_.replicate(count, 1).asDiagonal();
+      weighted.noalias() = J.rightCols(p * count) * weight_.replicate(count, 1).asDiagonal();
       finite = finite && all_finite(error);
       receive(p * (first + drop - skip_), error, weighted);
     });

@@ -2,6 +2,7 @@
 
 #include <Eigen/QR>
 #include <cmath>
+#include <vector>
 
 namespace wheelhop {
 namespace {
@@ -32,21 +33,28 @@ class MapProblem final : public ResidualProblem {
   }
 
   bool jacobian(ConstVectorRef alpha, VectorRef r, MatrixRef J) const override {
-    const Index N = xi_.cols(), h = map_->features(), inner = parameters(), q = f_.cols();
-    RowMajor slopes(N * h, inner);  // dphi/dalpha, h rows a sample
-    const Matrix columns = regressors(alpha, &slopes);
-    const Eigen::ColPivHouseholderQR<Matrix> weights_qr(columns);
-    const Matrix weights = weights_qr.solve(f_);  // (h + 1 + d) x q
-    const Eigen::HouseholderQR<Matrix> qr(columns);
-    r = rest(qr, columns.cols(), f_).reshaped();
-    // Kaufman: dr = -(I - P) dPhi W; the neglected term is orthogonal to r, so the gradient is exact.
-    Matrix change(N, inner);
-    for (Index i = 0; i < q; ++i) {
-      for (Index k = 0; k < N; ++k)
-        change.row(k).noalias() = -weights.col(i).head(h).transpose() * slopes.middleRows(k * h, h);
-      J.middleRows(i * N, N) = rest(qr, columns.cols(), change);
-    }
+    const Index N = xi_.cols();
+    const Slopes at = slopes(alpha);
+    r = at.r.reshaped();
+    for (Index i = 0; i < f_.cols(); ++i)
+      J.middleRows(i * N, N) =
+          at.change[static_cast<std::size_t>(i)] - at.Q * (at.Q.transpose() * at.change[static_cast<std::size_t>(i)]);
     return r.allFinite();
+  }
+
+  bool normal_equations(ConstVectorRef alpha, double& cost, Vector& gradient, Matrix& gauss_newton) const override {
+    const Slopes at = slopes(alpha);
+    cost = 0.5 * at.r.squaredNorm();
+    gradient.setZero(parameters());
+    gauss_newton.setZero(parameters(), parameters());
+    for (Index i = 0; i < f_.cols(); ++i) {
+      const Matrix& M = at.change[static_cast<std::size_t>(i)];
+      const Matrix QM = at.Q.transpose() * M;
+      gradient.noalias() += M.transpose() * at.r.col(i);  // r is orthogonal to Q already
+      gauss_newton.selfadjointView<Eigen::Lower>().rankUpdate(M.transpose());
+      gauss_newton.selfadjointView<Eigen::Lower>().rankUpdate(QM.transpose(), -1);
+    }
+    return std::isfinite(cost);
   }
 
   /// W, b and the linear part for a given alpha; returns the relative residual.
@@ -66,6 +74,30 @@ class MapProblem final : public ResidualProblem {
   }
 
  private:
+  /// Kaufman: dr = -(I - Q Q') dPhi W; the neglected term is orthogonal to r, so the gradient is exact.
+  struct Slopes {
+    Matrix Q;                    // N x (h + 1 + d), orthonormal basis of the linear columns
+    Matrix r;                    // N x q
+    std::vector<Matrix> change;  // -dPhi W an output, N x (number of alpha), not yet projected
+  };
+
+  Slopes slopes(ConstVectorRef alpha) const {
+    const Index N = xi_.cols(), h = map_->features(), inner = parameters(), q = f_.cols();
+    RowMajor rows(N * h, inner);  // dphi/dalpha, h rows a sample
+    const Matrix columns = regressors(alpha, &rows);
+    const Eigen::ColPivHouseholderQR<Matrix> qr(columns);
+    const Matrix weights = qr.solve(f_);  // (h + 1 + d) x q
+    Slopes at;
+    at.Q = qr.householderQ() * Matrix::Identity(N, columns.cols());
+    at.r = f_ - at.Q * (at.Q.transpose() * f_);
+    at.change.assign(static_cast<std::size_t>(q), Matrix(N, inner));
+    for (Index i = 0; i < q; ++i)
+      for (Index k = 0; k < N; ++k)
+        at.change[static_cast<std::size_t>(i)].row(k).noalias() =
+            -weights.col(i).head(h).transpose() * rows.middleRows(k * h, h);
+    return at;
+  }
+
   /// [phi 1 xi], N x (h + 1 + d).
   Matrix regressors(ConstVectorRef alpha, RowMajor* slopes) const {
     map_->alpha = alpha;

@@ -13,6 +13,31 @@ inline void add_scaled(double* __restrict target, double factor, const double* _
   for (Index j = 0; j < count; ++j) target[j] += factor * row[j];
 }
 
+template <int Rows>
+inline void combine_fixed(double* __restrict target, const double* c, const double* __restrict rows, Index count) {
+  for (Index j = 0; j < count; ++j) {
+    double sum = 0;
+    for (int i = 0; i < Rows; ++i) sum += c[i] * rows[i * count + j];
+    target[j] = sum;
+  }
+}
+
+/// target = sum_i c_i row_i over rows of `count` contiguous doubles. One pass over memory for the usual orders: this
+/// loop and the one of the normal equations are where a refinement spends its time.
+void combine(double* __restrict target, const double* c, const double* __restrict rows, Index n, Index count) {
+  switch (n) {
+    case 1: return combine_fixed<1>(target, c, rows, count);
+    case 2: return combine_fixed<2>(target, c, rows, count);
+    case 3: return combine_fixed<3>(target, c, rows, count);
+    case 4: return combine_fixed<4>(target, c, rows, count);
+    case 5: return combine_fixed<5>(target, c, rows, count);
+    case 6: return combine_fixed<6>(target, c, rows, count);
+    default: break;
+  }
+  std::fill(target, target + count, 0.0);
+  for (Index i = 0; i < n; ++i) add_scaled(target, c[i], rows + i * count, count);
+}
+
 }  // namespace
 
 ParameterLayout layout_of(const NonlinearModel& model) {
@@ -59,7 +84,8 @@ bool free_run_sensitivities(const NonlinearModel& model, ConstMatrixRef u, Const
   RowMajor F = RowMajor::Zero(q, at.map);  // df/dtheta at fixed x
   RowMajor dphi_dxi(h, d), dphi_dalpha(h, inner);
   Vector phi(h), f = Vector::Zero(q), x = x0, x_next(n), xi(d);
-  Matrix df_dx = Matrix::Zero(q, n), A_total = linear.A, C_total = linear.C;
+  Matrix df_dx = Matrix::Zero(q, n);
+  RowMajor A_total = linear.A, C_total = linear.C;
   Matrix y_block(p, kBlock), J_block(P, p * kBlock);
 
   for (Index first = 0; first < u.cols(); first += kBlock) {
@@ -87,8 +113,8 @@ bool free_run_sensitivities(const NonlinearModel& model, ConstMatrixRef u, Const
       y_block.col(k).noalias() = linear.C * x + linear.D * u_k + model.Dt * f + linear.y0;
       for (Index i = 0; i < p; ++i) {
         double* row = J_block.data() + (k * p + i) * P;
-        std::fill(row, row + P, 0.0);
-        for (Index j = 0; j < n; ++j) add_scaled(row, C_total(i, j), S.data() + j * dynamic, dynamic);
+        combine(row, C_total.data() + i * n, S.data(), n, dynamic);
+        std::fill(row + dynamic, row + P, 0.0);
         for (Index j = 0; j < q; ++j) add_scaled(row + at.theta(), model.Dt(i, j), F.data() + j * at.map, at.map);
         for (Index j = 0; j < n; ++j) row[at.C() + j * p + i] += x(j);
         for (Index j = 0; j < m; ++j) row[at.D() + j * p + i] += u_k(j);
@@ -98,8 +124,7 @@ bool free_run_sensitivities(const NonlinearModel& model, ConstMatrixRef u, Const
 
       for (Index i = 0; i < n; ++i) {
         double* row = S_next.data() + i * dynamic;
-        std::fill(row, row + dynamic, 0.0);
-        for (Index j = 0; j < n; ++j) add_scaled(row, A_total(i, j), S.data() + j * dynamic, dynamic);
+        combine(row, A_total.data() + i * n, S.data(), n, dynamic);
         for (Index j = 0; j < q; ++j) add_scaled(row + at.theta(), model.Bt(i, j), F.data() + j * at.map, at.map);
         for (Index j = 0; j < n; ++j) row[at.A() + j * n + i] += x(j);
         for (Index j = 0; j < m; ++j) row[at.B() + j * n + i] += u_k(j);

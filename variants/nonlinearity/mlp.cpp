@@ -1,5 +1,6 @@
 #include "variants/nonlinearity/mlp.hpp"
 
+#include <Eigen/Core>
 #include <cmath>
 
 namespace wheelhop {
@@ -29,8 +30,11 @@ class Mlp final : public StaticMap {
     for (Index i = 0; i < features(); ++i, w += d + 1) {
       double sum = w[d];
       for (Index j = 0; j < d; ++j) sum += w[j] * xi[j];
-      phi[i] = std::tanh(sum);
+      phi[i] = sum;
     }
+    // tanh by the exponential, which Eigen vectorises: the library's tanh took a sixth of a whole identification.
+    Eigen::Map<Eigen::ArrayXd> values(phi, features());
+    values = 1 - 2 / ((2 * values).exp() + 1);
   }
 
   void basis_jacobians(const double* xi, double* phi, double* dphi_dxi, double* dphi_dalpha) const override {
