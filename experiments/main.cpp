@@ -1,9 +1,11 @@
 // The program: commands, their options, their exit status. 0 done, 1 finished with a numerical outcome that is not ok,
 // 2 wrong use.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <functional>
+#include <limits>
 #include <new>
 
 #include "core/base/json.hpp"
