@@ -1,0 +1,257 @@
+// What every swappable piece owes its callers: the same bits for the same call, and a status instead of a crash.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "core/identify/direction.hpp"
+#include "tests/support/systems.hpp"
+#include "variants/inversion/sdi.hpp"
+#include "variants/solver/levenberg_marquardt.hpp"
+#include "variants/subspace/pi_moesp.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<std::unique_ptr<SubspaceEstimator>> estimators() {
+  std::vector<std::unique_ptr<SubspaceEstimator>> all;
+  all.push_back(make_pi_moesp({.block_rows = 8}));
+  return all;
+}
+
+std::vector<std::unique_ptr<InputReconstructor>> reconstructors() {
+  std::vector<std::unique_ptr<InputReconstructor>> all;
+  for (const char* read_out : {"predictor", "filtered", "fixed_lag", "smoothed"})
+    all.push_back(make_sdi({.read_out = read_out}));
+  return all;
+}
+
+/// Rosenbrock's valley: r = (10 (b - a^2), 1 - a), minimum 0 at (1, 1).
+class Rosenbrock final : public ResidualProblem {
+ public:
+  Index parameters() const override { return 2; }
+  Index residuals() const override { return 2; }
+  bool residual(ConstVectorRef x, VectorRef r) const override {
+    r << 10 * (x(1) - x(0) * x(0)), 1 - x(0);
+    return x(0) < limit;
+  }
+  bool jacobian(ConstVectorRef x, VectorRef r, MatrixRef J) const override {
+    J << -20 * x(0), 10, -1, 0;
+    return residual(x, r);
+  }
+  double limit = std::numeric_limits<double>::infinity();  // the domain ends here
+};
+
+class Linear final : public ResidualProblem {
+ public:
+  Linear(Matrix A, Vector b) : A_(std::move(A)), b_(std::move(b)) {}
+  Index parameters() const override { return A_.cols(); }
+  Index residuals() const override { return A_.rows(); }
+  bool residual(ConstVectorRef x, VectorRef r) const override {
+    r = A_ * x - b_;
+    return true;
+  }
+  bool jacobian(ConstVectorRef x, VectorRef r, MatrixRef J) const override {
+    J = A_;
+    return residual(x, r);
+  }
+
+ private:
+  Matrix A_;
+  Vector b_;
+};
+
+const Vector kValleyStart = (Vector(2) << -1.2, 1).finished();
+
+}  // namespace
+
+TEST_CASE("subspace estimators: the same record gives the same bits") {
+  Random random = numbers(91);
+  const LinearModel truth = random_linear(3, 2, 2, 0.9, random);
+  const Matrix u = random.normal(2, 500), y = simulate(truth, u, Vector::Zero(3)).y + 0.1 * random.normal(2, 500);
+  for (const auto& piece : estimators()) {
+    const LinearEstimate one = piece->identify(u, y, 3), two = piece->identify(u, y, 3);
+    REQUIRE(one.status == Status::ok);
+    for (const auto member : {&LinearModel::A, &LinearModel::B, &LinearModel::C, &LinearModel::D})
+      CHECK(same_bits(one.model.*member, two.model.*member));
+    CHECK(same_bits(one.x0, two.x0));
+    CHECK(one.spectral_radius == spectral_radius(one.model.A));
+  }
+}
+
+TEST_CASE("subspace estimators: NaN, constant or silent input, and too short a record give a status and a reason") {
+  Random random = numbers(92);
+  const LinearModel truth = random_linear(3, 1, 2, 0.9, random);
+  const Matrix u = random.normal(1, 500), y = simulate(truth, u, Vector::Zero(3)).y;
+  Matrix u_broken = u, y_broken = y;
+  u_broken(0, 250) = kNaN;
+  y_broken(1, 250) = kNaN;
+  const Matrix constant = Matrix::Constant(1, 500, 2), silent = Matrix::Zero(1, 500);
+  Matrix sine(1, 500);
+  for (Index k = 0; k < 500; ++k) sine(0, k) = std::sin(0.3 * static_cast<double>(k)) + 0.2;
+  const std::tuple<const char*, Matrix, Matrix> records[] = {
+      {"NaN in u", u_broken, y},
+      {"NaN in y", u, y_broken},
+      {"constant u", constant, simulate(truth, constant, Vector::Ones(3)).y},
+      {"silent u", silent, simulate(truth, silent, Vector::Ones(3)).y},
+      {"silent u and y", silent, Matrix::Zero(2, 500)},
+      {"silent y", u, Matrix::Zero(2, 500)},
+      {"constant u, noise in y", constant / 7, random.normal(2, 500)},
+      {"sine u", sine, simulate(truth, sine, Vector::Ones(3)).y},
+      {"sine u, noise in y", sine, random.normal(2, 500)},
+      {"short", u.leftCols(20), y.leftCols(20)},
+      {"one sample", u.leftCols(1), y.leftCols(1)},
+      {"empty", u.leftCols(0), y.leftCols(0)}};
+  for (const auto& piece : estimators())
+    for (const auto& [what, input, output] : records)
+      for (const Index order : {0, 3}) {
+        CAPTURE(piece->name(), what, order);
+        const LinearEstimate estimate = piece->identify(input, output, order);
+        CHECK(estimate.status != Status::ok);
+        CHECK_FALSE(estimate.message.empty());
+      }
+}
+
+TEST_CASE("subspace estimators: an order beyond what the block rows can carry is refused with the numbers") {
+  Random random = numbers(93);
+  for (const auto& piece : estimators()) {
+    const LinearEstimate estimate = piece->identify(random.normal(1, 500), random.normal(1, 500), 8);
+    CHECK(estimate.status == Status::rank_deficient);
+    CHECK_THAT(estimate.message, Catch::Contains("8"));
+  }
+}
+
+TEST_CASE("input reconstructors: the same residual gives the same bits, and NaN gives a status and a reason") {
+  Random random = numbers(94);
+  const LinearModel system = random_linear(3, 1, 2, 0.9, random);
+  const Matrix z = simulate(system, random.normal(1, 300), Vector::Zero(3)).y;
+  Matrix broken = z;
+  broken(0, 100) = kNaN;
+  for (const auto& piece : reconstructors()) {
+    CAPTURE(piece->name());
+    const auto run = [&](const Matrix& signal, const Vector& noise) {
+      return piece->reconstruct(system.A, system.C, system.B, system.D, signal, noise);
+    };
+    const Reconstruction one = run(z, Vector::Ones(2)), two = run(z, Vector::Ones(2));
+    REQUIRE(one.status == Status::ok);
+    CHECK(one.f.rows() == 1);
+    CHECK(one.f.cols() == z.cols());
+    CHECK(one.first >= 0);
+    CHECK(one.first < one.last);
+    CHECK(one.last <= z.cols());
+    CHECK(same_bits(one.f, two.f));
+    CHECK(one.log_likelihood == two.log_likelihood);
+    // Only the ratio of the noise levels matters.
+    CHECK(relative_error(run(z, 7 * Vector::Ones(2)).f, one.f) < 1e-9);
+
+    for (const Reconstruction& refused : {run(broken, Vector::Ones(2)), run(z, Vector::Constant(2, kNaN))}) {
+      CHECK(refused.status != Status::ok);
+      CHECK_FALSE(refused.message.empty());
+    }
+    Matrix unseen = Matrix::Zero(3, 1);
+    const Reconstruction blind = piece->reconstruct(system.A, system.C, unseen, Matrix::Zero(2, 1), z, Vector::Ones(2));
+    CHECK(blind.status != Status::ok);
+    CHECK_FALSE(blind.message.empty());
+    const Reconstruction brief = run(z.leftCols(1), Vector::Ones(2));
+    CHECK((brief.status != Status::ok || all_finite(brief.f)));
+  }
+}
+
+TEST_CASE("static maps: the Jacobians equal central differences, and a clone is independent") {
+  Random random = numbers(95);
+  for (const Index d : {1, 4}) {
+    const auto map = make_mlp(d, 2, {.hidden_units = 3});
+    map->initialise(random);
+    map->W = random.normal(2, 3);
+    map->b = random.normal(2, 1);
+    const Index h = map->features(), inner = map->inner_parameters();
+    REQUIRE(inner == 3 * (d + 1));
+    const Vector xi = random.normal(d, 1), theta = map->theta();
+    Vector phi(h), plain(h);
+    Matrix dphi_dxi(d, h), dphi_dalpha(inner, h);  // row-major h x d seen from column-major memory
+    map->basis_jacobians(xi.data(), phi.data(), dphi_dxi.data(), dphi_dalpha.data());
+    map->basis(xi.data(), plain.data());
+    CHECK(same_bits(phi, plain));
+    for (Index i = 0; i < h; ++i) {
+      Vector scratch(h);
+      const Vector by_xi =
+          central_differences([&](const Vector& at) { return map->basis(at.data(), scratch.data()), scratch(i); }, xi);
+      CHECK((dphi_dxi.col(i) - by_xi).norm() < 1e-8);
+      const auto copy = map->clone();
+      const Vector by_alpha = central_differences(
+          [&](const Vector& at) { return copy->alpha = at, copy->basis(xi.data(), scratch.data()), scratch(i); },
+          map->alpha);
+      CHECK((dphi_dalpha.col(i) - by_alpha).norm() < 1e-8);
+    }
+    const auto copy = map->clone();
+    copy->set_theta(2 * theta);
+    CHECK(same_bits(map->theta(), theta));
+    CHECK(same_bits(copy->theta(), 2 * theta));
+    CHECK_THROWS_AS(copy->set_theta(theta.head(2)), std::invalid_argument);
+
+    Vector f(2);
+    map->value(xi.data(), f.data(), phi.data());
+    CHECK((f - map->W * plain - map->b).norm() < 1e-14);
+  }
+}
+
+TEST_CASE("solvers: Rosenbrock's valley is followed to its end, the same way each time") {
+  const auto solver = make_levenberg_marquardt({});
+  const Solution found = solver->minimise(Rosenbrock{}, kValleyStart, 200),
+                 again = solver->minimise(Rosenbrock{}, kValleyStart, 200);
+  CHECK(found.status == Status::ok);
+  CHECK((found.theta - Vector::Ones(2)).norm() < 1e-6);
+  CHECK(found.cost < 1e-12);
+  CHECK(same_bits(found.theta, again.theta));
+  CHECK(found.iterations == again.iterations);
+}
+
+TEST_CASE("solvers: without damping one step solves a linear problem, redundant parameters or not") {
+  Random random = numbers(96);
+  const Matrix A = random.normal(20, 4);
+  const Vector b = random.normal(20, 1);
+  Matrix redundant(20, 6);
+  redundant << A, A.col(0) + A.col(1), Vector::Zero(20);
+  const auto solver = make_levenberg_marquardt({.initial_damping = 1e-12});
+  const double least = 0.5 * std::pow(least_squares(A, b).residual_norm, 2);
+  for (const Matrix& columns : {A, redundant}) {
+    const Vector start = random.normal(columns.cols(), 1);
+    const Solution one = solver->minimise(Linear(columns, b), start, 1);
+    CHECK(one.iterations == 1);
+    CHECK(one.cost == Approx(least).epsilon(1e-8));
+    CHECK(solver->minimise(Linear(columns, b), start, 50).status == Status::ok);
+    CHECK(solver->minimise(Linear(columns, b), start, 50).theta.allFinite());
+  }
+}
+
+TEST_CASE("solvers: the cap on iterations holds, is reported, and the cost never rises") {
+  const auto solver = make_levenberg_marquardt({});
+  double previous = std::numeric_limits<double>::infinity();
+  for (const Index cap : {1, 2, 4, 8}) {
+    const Solution stopped = solver->minimise(Rosenbrock{}, kValleyStart, cap);
+    CHECK(stopped.status == Status::iteration_limit);
+    CHECK(stopped.iterations == cap);
+    CHECK_FALSE(stopped.message.empty());
+    CHECK(stopped.cost <= previous);
+    previous = stopped.cost;
+  }
+}
+
+TEST_CASE("solvers: a start outside the domain is said so and returned, a domain's edge is not crossed") {
+  const auto solver = make_levenberg_marquardt({});
+  Rosenbrock walled;
+  walled.limit = -2;
+  const Solution refused = solver->minimise(walled, kValleyStart, 50);
+  CHECK(refused.status == Status::outside_domain);
+  CHECK_FALSE(refused.message.empty());
+  CHECK(same_bits(refused.theta, kValleyStart));
+  walled.limit = 0.5;  // the minimum lies beyond
+  const Solution held = solver->minimise(walled, kValleyStart, 200);
+  CHECK(held.theta(0) < 0.5);
+  CHECK(held.cost < 0.5 * 0.6 * 0.6);
+  const Solution undefined = solver->minimise(Rosenbrock{}, Vector::Constant(2, kNaN), 50);
+  CHECK(undefined.status == Status::outside_domain);
+}
