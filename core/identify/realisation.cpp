@@ -6,9 +6,11 @@ namespace wheelhop {
 
 OrderChoice order_from_gap(ConstVectorRef s, Index max_order) {
   OrderChoice choice;
+  // Values at round-off carry no order, and a decomposition may return them as exact zeros: an infinite ratio.
+  const double round_off = s.size() > 0 ? 1e-14 * s(0) : 0;
   for (Index n = 1; n <= std::min(max_order, s.size() - 1); ++n) {
-    if (!(s(n - 1) > 0)) break;
-    const double gap = s(n - 1) / std::max(s(n), 1e-300);
+    if (!(s(n - 1) > round_off)) break;
+    const double gap = s(n - 1) / std::max(s(n), round_off);
     if (gap > choice.gap) choice = {n, gap};
   }
   return choice;

@@ -35,7 +35,7 @@ FreeRun free_run(const NonlinearModel& model, ConstMatrixRef u, ConstVectorRef x
   const Matrix forced = model.linear.B * u;
   Vector x = x0, next(n), xi(n + m), phi(model.map ? model.map->features() : 0), f = Vector::Zero(q);
   for (Index k = 0; k < samples; ++k) {
-    if (!(x.cwiseAbs().maxCoeff() <= kStateGuard)) {  // also false for NaN
+    if (!(x.array().abs() <= kStateGuard).all()) {  // also false for NaN
       run.status = Status::outside_domain;
       run.stopped_at = k;
       break;

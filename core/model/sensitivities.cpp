@@ -91,7 +91,7 @@ bool free_run_sensitivities(const NonlinearModel& model, ConstMatrixRef u, Const
   for (Index first = 0; first < u.cols(); first += kBlock) {
     const Index count = std::min(kBlock, u.cols() - first);
     for (Index k = 0; k < count; ++k) {
-      if (!(x.cwiseAbs().maxCoeff() <= kStateGuard)) return false;
+      if (!(x.array().abs() <= kStateGuard).all()) return false;
       const auto u_k = u.col(first + k);
       if (model.map) {
         const StaticMap& map = *model.map;

@@ -44,6 +44,15 @@ class PiMoesp final : public SubspaceEstimator {
                                      (decomposition.s.array() > 1e-10 * decomposition.s(0)).count());
       return estimate;
     }
+    // Past inputs that the future inputs determine to round-off (a constant, a few sines) instrument nothing: R32 is
+    // then what noise and round-off make of it, whatever its singular values look like.
+    const double input_size = rq.R.topLeftCorner(1 + m * (s + past), 1 + m * (s + past)).norm();
+    const Index exciting = (svd(rq.R22()).s.array() > 1e-12 * input_size).count();
+    if (exciting < n) {
+      estimate.message =
+          fmt::format("the input excites {} directions beyond {} block rows, order {} needs {}", exciting, s, n, n);
+      return estimate;
+    }
     estimate.gap = decomposition.s(n - 1) / decomposition.s(n);
     const Matrix gamma = decomposition.U.leftCols(n) * decomposition.s.head(n).cwiseSqrt().asDiagonal();
     const ObservabilityPair pair = shift_invariance(gamma, p);
