@@ -39,6 +39,7 @@ inline NonlinearModel random_nonlinear(Index n, Index m, Index p, Index q, Rando
   map->initialise(random);
   map->W = 0.3 * random.normal(q, map->features());
   map->b = 0.3 * random.normal(q, 1);
+  map->L = 0.1 * random.normal(q, n + m);
   model.map = map;
   return model;
 }
