@@ -44,7 +44,7 @@ const std::vector<Entry<InversionPiece>>& inversion_table();
 const std::vector<Entry<MapFactory>>& nonlinearity_table();
 const std::vector<Entry<SolverPiece>>& solver_table();
 
-/// A trained map from a model file: `{"name", "options", "alpha", "W", "b"}`, as StaticMap::to_json writes it.
+/// A trained map from a model file: `{"name", "options", "alpha", "W", "b", "L"}`, as StaticMap::to_json writes it.
 /// UserError for an unknown name or option and for parameters that do not fit the options.
 /// @param inputs d = n + m   @param outputs q
 std::unique_ptr<StaticMap> restore_map(const JsonCursor& cursor, Index inputs, Index outputs);

@@ -19,6 +19,12 @@ Vector vector_of(const JsonCursor& cursor, Index size) {
   return Eigen::Map<const Vector>(values.data(), size);
 }
 
+Matrix matrix_of(const JsonCursor& cursor, Index rows, Index columns) {
+  Matrix values = matrix_from_json(cursor);
+  if (values.rows() != rows || values.cols() != columns) cursor.fail(fmt::format("a matrix of {} x {}", rows, columns));
+  return values;
+}
+
 }  // namespace
 
 const std::vector<Entry<MapFactory>>& nonlinearity_table() {
@@ -38,10 +44,8 @@ std::unique_ptr<StaticMap> restore_map(const JsonCursor& cursor, Index inputs, I
   std::unique_ptr<StaticMap> map =
       entry.make(JsonCursor::from(std::move(options), cursor.where() + ".options")).piece(inputs, outputs);
   map->alpha = vector_of(cursor.at("alpha"), map->inner_parameters());
-  const Matrix W = matrix_from_json(cursor.at("W"));
-  if (W.rows() != map->W.rows() || W.cols() != map->W.cols())
-    cursor.at("W").fail(fmt::format("a matrix of {} x {}", map->W.rows(), map->W.cols()));
-  map->W = W;
+  map->W = matrix_of(cursor.at("W"), map->W.rows(), map->W.cols());
+  map->L = matrix_of(cursor.at("L"), map->L.rows(), map->L.cols());
   map->b = vector_of(cursor.at("b"), outputs);
   cursor.done();
   return map;

@@ -22,6 +22,11 @@ class PiMoesp final : public SubspaceEstimator {
     const Index s = options_.block_rows, past = options_.past_block_rows, m = u.rows(), p = y.rows();
     LinearEstimate estimate;
     estimate.order_given = order;
+    if (!all_finite(u) || !all_finite(y)) {
+      estimate.status = Status::not_finite;
+      estimate.message = "the record holds numbers that are not finite";
+      return estimate;
+    }
     estimate.status = Status::rank_deficient;
     if (order >= s || order > m * past) {
       estimate.message =
