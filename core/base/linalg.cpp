@@ -56,6 +56,15 @@ Matrix qr_upper(ConstMatrixRef A) {
 
 Matrix solve(ConstMatrixRef A, ConstMatrixRef B) { return A.partialPivLu().solve(B); }
 
+ComplexMatrix solve_complex(const ComplexMatrix& A, const ComplexMatrix& B) { return A.partialPivLu().solve(B); }
+
+ThinQr thin_qr(const ComplexMatrix& A) {
+  const Index n = A.cols();
+  const Eigen::HouseholderQR<ComplexMatrix> d(A);
+  return {d.householderQ() * ComplexMatrix::Identity(A.rows(), n),
+          d.matrixQR().topRows(n).triangularView<Eigen::Upper>()};
+}
+
 Matrix cholesky_lower(ConstMatrixRef S) {
   Eigen::LLT<Matrix> d(S);
   return d.info() == Eigen::Success ? Matrix(d.matrixL()) : Matrix();

@@ -66,6 +66,16 @@ Matrix qr_upper(ConstMatrixRef A);
 /// Solution of A X = B by partially pivoted LU (A n x n, B n x k).
 Matrix solve(ConstMatrixRef A, ConstMatrixRef B);
 
+ComplexMatrix solve_complex(const ComplexMatrix& A, const ComplexMatrix& B);
+
+struct ThinQr {
+  ComplexMatrix Q;  ///< m x n, orthonormal columns
+  ComplexMatrix R;  ///< n x n, upper triangular
+};
+
+/// Thin QR factorisation of a complex A (m x n, m >= n).
+ThinQr thin_qr(const ComplexMatrix& A);
+
 /// Lower Cholesky factor of a symmetric positive definite matrix; an empty matrix if S is not positive definite.
 Matrix cholesky_lower(ConstMatrixRef S);
 

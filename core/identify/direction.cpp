@@ -1,7 +1,5 @@
 #include "core/identify/direction.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -29,7 +27,7 @@ class DirectionProblem final : public ResidualProblem {
       ComplexMatrix pencil = -Ac;
       pencil.diagonal().array() += std::polar(1.0, angle);
       ComplexMatrix M(p_, rows_);
-      M.leftCols(n_) = pencil.transpose().partialPivLu().solve(Cc.transpose()).transpose();
+      M.leftCols(n_) = solve_complex(ComplexMatrix(pencil.transpose()), ComplexMatrix(Cc.transpose())).transpose();
       if (options.direct_term) M.rightCols(p_).setIdentity();
       M_.push_back(std::move(M));
     }
@@ -51,14 +49,16 @@ class DirectionProblem final : public ResidualProblem {
     for (Index k = 0; k < z_.cols(); ++k) {
       const ComplexMatrix& M = M_[static_cast<std::size_t>(k)];
       G.noalias() = M * directions;
-      const Eigen::ColPivHouseholderQR<ComplexMatrix> qr(G);
-      f = qr.solve(z_.col(k));
+      const ThinQr qr = thin_qr(G);
+      const ComplexVector Qz = qr.Q.adjoint() * z_.col(k);
       rest = z_.col(k);
-      rest.noalias() -= G * f;
+      rest.noalias() -= qr.Q * Qz;
       r.segment(2 * p_ * k, p_) = rest.real();
       r.segment(2 * p_ * k + p_, p_) = rest.imag();
       if (J == nullptr) continue;
-      PM = M - G * qr.solve(M);  // (I - G G^+) M
+      PM = M;  // (I - G G^+) M
+      PM.noalias() -= qr.Q * (qr.Q.adjoint() * M);
+      f = qr.R.triangularView<Eigen::Upper>().solve(Qz);
       for (Index j = 0; j < q_; ++j) {
         J->block(2 * p_ * k, j * rows_, p_, rows_) = -(PM * f(j)).real();
         J->block(2 * p_ * k + p_, j * rows_, p_, rows_) = -(PM * f(j)).imag();
@@ -114,8 +114,7 @@ Direction estimate_direction(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef 
   best.residual = std::sqrt(2 * least);
   for (const double cost : costs)
     if (std::sqrt(2 * cost) <= 1.01 * best.residual + 1e-12) ++best.agreeing;
-  const Matrix orthonormal = Eigen::HouseholderQR<Matrix>(winner.reshaped(problem.rows(), q)).householderQ() *
-                             Matrix::Identity(problem.rows(), q);
+  const Matrix orthonormal = thin_qr(winner.reshaped(problem.rows(), q).cast<std::complex<double>>()).Q.real();
   best.Bt = orthonormal.topRows(n);
   best.Dt = options.direct_term ? Matrix(orthonormal.bottomRows(p)) : Matrix::Zero(p, q);
   Vector r(problem.residuals());
