@@ -11,8 +11,11 @@
 #include "core/base/json.hpp"
 #include "core/base/status.hpp"
 #include "experiments/generate.hpp"
+#include "experiments/identify.hpp"
 #include "experiments/list.hpp"
+#include "experiments/render.hpp"
 #include "experiments/reproduce.hpp"
+#include "experiments/simulate.hpp"
 
 namespace {
 
@@ -22,7 +25,7 @@ using Run = std::function<int()>;
 /// Values that the commands' options are bound to; they outlive parsing.
 struct Arguments {
   bool json = false, quiet = false;
-  std::string config, out;
+  std::string config, out, records, system, x0 = "auto", folder;
   ReproduceRequest reproduce;
   std::string reproduce_config, reproduce_out = "out/reproduce";
 };
@@ -45,6 +48,57 @@ void add_generate(CLI::App& app, Arguments& arguments, Run& run) {
   add_quiet(command, arguments);
   command.footer("Example:\n  wheelhop generate experiments/configs/generate_quarter_car.json --out out/quarter_car");
   command.callback([&] { run = [&] { return run_generate(arguments.config, arguments.out, arguments.quiet); }; });
+}
+
+void add_identify(CLI::App& app, Arguments& arguments, Run& run) {
+  CLI::App& command = *app.add_subcommand("identify", "a nonlinear state-space model of a record, with its scores");
+  command.add_option("CONFIG", arguments.config, "channels, pieces and options as JSON")->required();
+  command.add_option("--records", arguments.records, "records.json with an estimation record")->required();
+  command.add_option("--out", arguments.out, "model file to write")->required();
+  add_quiet(command, arguments);
+  command.footer(
+      "CONFIG names the channels, everything else has a default (see wheelhop list):\n"
+      "  {\"inputs\": [{\"name\": \"road\", \"unit\": \"m\"}],\n"
+      "   \"outputs\": [{\"name\": \"travel\", \"unit\": \"m\"}, {\"name\": \"body_acc\", \"unit\": \"m/s^2\"}],\n"
+      "   \"nonlinearity\": {\"name\": \"mlp\", \"hidden_units\": 5}, \"pipeline\": {\"passes\": 3}}\n"
+      "or takes them from a plant: {\"plant\": \"plant.json\"}.\n"
+      "Example:\n  wheelhop identify experiments/configs/identify_quarter_car.json --records "
+      "out/quarter_car/records.json --out out/model.json");
+  command.callback(
+      [&] { run = [&] { return run_identify(arguments.config, arguments.records, arguments.out, arguments.quiet); }; });
+}
+
+void add_simulate(CLI::App& app, Arguments& arguments, Run& run) {
+  CLI::App& command = *app.add_subcommand("simulate", "free run of a model or plant on the inputs of records");
+  command.add_option("SYSTEM", arguments.system, "model file or plant file")->required();
+  command.add_option("--records", arguments.records, "records.json; only the inputs are needed")->required();
+  command.add_option("--out", arguments.out, "table to write: .csv, .csv.gz or .mat")->required();
+  command.add_option("--x0", arguments.x0, "initial state of a model; auto: estimate where outputs are there")
+      ->check(CLI::IsMember({"auto", "estimate", "zero"}))
+      ->capture_default_str();
+  add_quiet(command, arguments);
+  command.footer(
+      "Columns: record (number, only where there are several), t, the inputs, the simulated outputs.\n"
+      "Example:\n  wheelhop simulate out/model.json --records out/quarter_car/records.json --out out/simulated.csv");
+  command.callback([&] {
+    run = [&] {
+      return run_simulate({arguments.system, arguments.records, arguments.out, arguments.x0, arguments.quiet});
+    };
+  });
+}
+
+void add_report(CLI::App& app, Arguments& arguments, Run& run) {
+  CLI::App& command = *app.add_subcommand("report", "draw the figures and the page of a result folder again");
+  command.add_option("DIR", arguments.folder, "folder of a reproduction")->required();
+  command.add_option("--out", arguments.out, "page to write (default: DIR/report.html)");
+  command.footer("Example:\n  wheelhop report out/reproduce");
+  command.callback([&] {
+    run = [&] {
+      const Rendered drawn = render(arguments.folder, arguments.out);
+      if (drawn.exit_status != 0) std::fprintf(stderr, "wheelhop: report: %s\n", drawn.message.c_str());
+      return drawn.exit_status == 0 ? 0 : drawn.exit_status == 2 ? 2 : 1;
+    };
+  });
 }
 
 void add_reproduce(CLI::App& app, Arguments& arguments, Run& run) {
@@ -97,7 +151,10 @@ int run_program(int count, char** words) {
   Run run;
   add_list(app, arguments, run);
   add_generate(app, arguments, run);
+  add_identify(app, arguments, run);
+  add_simulate(app, arguments, run);
   add_reproduce(app, arguments, run);
+  add_report(app, arguments, run);
   require_known_command(app, count, words);
   if (count < 2) {
     std::fputs(app.help().c_str(), stderr);

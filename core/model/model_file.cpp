@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <limits>
 
 namespace wheelhop {
 namespace {
@@ -106,11 +108,22 @@ Json to_json(const ModelFile& file) {
           {"provenance", file.provenance}};
 }
 
+Json without_model(const ModelFile& file) {
+  return {{"schema", schema},
+          {"status", std::string(to_string(file.status))},
+          {"message", file.message},
+          {"config", file.config},
+          {"provenance", file.provenance}};
+}
+
 ModelFile parse_model(const JsonCursor& cursor, const RestoreMap& restore) {
   ModelFile file;
   cursor.at("schema").one_of({schema});
   file.status = read_status(cursor.at("status"));
   file.message = cursor.at("message").string();
+  if (!cursor.has("A") && file.status != Status::ok)
+    throw UserError(fmt::format("{}: expected a model, found an identification that ended without one: {}: {}",
+                                cursor.where(), to_string(file.status), file.message));
   file.sampling_hz = cursor.at("sampling_hz").number({.low = std::numeric_limits<double>::min()});
   read_channels(cursor.at("inputs"), file.inputs, file.u_scale, file.envelope.u);
   read_channels(cursor.at("outputs"), file.outputs, file.y_scale, file.envelope.y);

@@ -45,8 +45,10 @@ using RestoreMap = std::function<std::unique_ptr<StaticMap>(const JsonCursor& ma
 
 /// `parse_model(to_json(model))` simulates the same bytes.
 Json to_json(const ModelFile& file);
+/// The file of an identification that ended without a model: status, message, config and provenance alone.
+Json without_model(const ModelFile& file);
 /// UserError with file and JSON path for a missing or unknown member, another schema, matrices or ranges whose sizes do
-/// not fit the channels, a scale that is not positive, and every mistake in the map.
+/// not fit the channels, a scale that is not positive, every mistake in the map, and a file without a model.
 ModelFile parse_model(const JsonCursor& cursor, const RestoreMap& restore);
 ModelFile load_model(const std::filesystem::path& file, const RestoreMap& restore);
 
