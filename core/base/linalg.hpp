@@ -24,10 +24,10 @@ struct Svd {
   Matrix V;  ///< n x r, orthonormal columns
 };
 
-/// Thin singular value decomposition M = U diag(s) V'. Cost O(m n min(m, n)).
+/// Thin singular value decomposition M = U diag(s) V'. All NaN if M is not finite. Cost O(m n min(m, n)).
 Svd svd(ConstMatrixRef M);
 
-/// Eigenvalues of a real square matrix, unordered.
+/// Eigenvalues of a real square matrix, unordered; NaN if A is not finite (so too the decompositions below).
 ComplexVector eigenvalues(ConstMatrixRef A);
 
 /// Largest modulus of an eigenvalue of A (n x n); 0 for an empty matrix, NaN if A is not finite.

@@ -91,7 +91,8 @@ Direction estimate_direction(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef 
   }
   const DirectionProblem problem(A, C, z, sample_time_s, options);
   if (!(problem.total() > 0)) {
-    best.message = "the linear residual is zero: there is no nonlinearity to locate";
+    best.message = all_finite(z) ? "the linear residual is zero: there is no nonlinearity to locate"
+                                 : "the linear residual is not finite";
     return best;
   }
   std::vector<double> costs;

@@ -67,7 +67,7 @@ class MapProblem final : public ResidualProblem {
     // What W phi has in common with [1, xi] moves to the linear part. Tanh units of small weight are almost linear, and
     // without this split W phi and the linear part may be huge and cancel.
     const LeastSquares common = least_squares(columns.rightCols(d + 1), columns.leftCols(h) * fit.x.topRows(h), 1e-11);
-    map.b = -common.x.row(0).transpose();
+    map.b = fit.x.row(h).transpose();
     map.L = -common.x.bottomRows(d).transpose();
     linear = (fit.x.bottomRows(d) + common.x.bottomRows(d)).transpose();
     return fit.residual_norm / std::max(f_.norm(), 1e-300);

@@ -20,7 +20,7 @@ struct MapFitOptions {
 struct MapFit {
   Status status = Status::failed;
   std::string message;
-  std::shared_ptr<StaticMap> map;  ///< nonlinear part, uncorrelated with [1, xi] on the data
+  std::shared_ptr<StaticMap> map;  ///< nonlinear part, its slope on xi is zero on the data
   Matrix linear;                   ///< q x d, linear part in xi, to be folded into the linear system
   double residual = 0;             ///< RMS of f - fhat over RMS of f
 };

@@ -71,7 +71,7 @@ class Sdi final : public InputReconstructor {
     else
       best.f = fixed_lag_states(filter, run, options_.read_out == "filtered" ? 0 : options_.lag).bottomRows(q);
     best.status = all_finite(best.f) ? Status::ok : Status::not_finite;
-    best.message.clear();
+    best.message = best.status == Status::ok ? "" : "the residual is not finite";
     return best;
   }
 
