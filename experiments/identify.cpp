@@ -23,10 +23,15 @@ double radius_at_rest(const NonlinearModel& model) {
   const StaticMap& map = *model.map;
   const Index d = map.inputs(), h = map.features(), n = model.order();
   const Vector xi = Vector::Zero(d);
-  Vector phi(h), by_alpha(h * map.inner_parameters());
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> by_xi(h, d);
-  map.basis_jacobians(xi.data(), phi.data(), by_xi.data(), by_alpha.data());
-  return spectral_radius(model.linear.A + model.Bt * (map.W * by_xi + map.L).leftCols(n));
+  Vector phi(h), w(h), by_xi(d), by_alpha(map.inner_parameters());
+  map.basis(xi.data(), phi.data());
+  Matrix slope = map.L;
+  for (Index i = 0; i < map.outputs(); ++i) {
+    w = map.W.row(i);
+    map.slopes(xi.data(), phi.data(), w.data(), by_xi.data(), by_alpha.data());
+    slope.row(i) += by_xi.transpose();
+  }
+  return spectral_radius(model.linear.A + model.Bt * slope.leftCols(n));
 }
 
 namespace {

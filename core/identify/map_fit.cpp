@@ -7,8 +7,6 @@
 namespace wheelhop {
 namespace {
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
 /// Every `step`-th column, at most `limit` of them.
 Matrix thinned(ConstMatrixRef M, Index limit) {
   const Index step = std::max<Index>(1, (M.cols() + limit - 1) / limit), count = (M.cols() + step - 1) / step;
@@ -26,7 +24,7 @@ class MapProblem final : public ResidualProblem {
   Index residuals() const override { return f_.size(); }
 
   bool residual(ConstVectorRef alpha, VectorRef r) const override {
-    const Matrix columns = regressors(alpha, nullptr);
+    const Matrix columns = regressors(alpha);
     const Eigen::HouseholderQR<Matrix> qr(columns);
     r = rest(qr, columns.cols(), f_).reshaped();
     return r.allFinite();
@@ -59,7 +57,7 @@ class MapProblem final : public ResidualProblem {
 
   /// W, b and the linear part for a given alpha; returns the relative residual.
   double weights(ConstVectorRef alpha, StaticMap& map, Matrix& linear) const {
-    const Matrix columns = regressors(alpha, nullptr);
+    const Matrix columns = regressors(alpha);
     const LeastSquares fit = least_squares(columns, f_, 1e-11);
     const Index h = map_->features(), d = xi_.rows();
     map.alpha = alpha;
@@ -83,33 +81,34 @@ class MapProblem final : public ResidualProblem {
 
   Slopes slopes(ConstVectorRef alpha) const {
     const Index N = xi_.cols(), h = map_->features(), inner = parameters(), q = f_.cols();
-    RowMajor rows(N * h, inner);  // dphi/dalpha, h rows a sample
-    const Matrix columns = regressors(alpha, &rows);
+    const Matrix columns = regressors(alpha);
     const Eigen::ColPivHouseholderQR<Matrix> qr(columns);
     const Matrix weights = qr.solve(f_);  // (h + 1 + d) x q
     Slopes at;
     at.Q = qr.householderQ() * Matrix::Identity(N, columns.cols());
     at.r = f_ - at.Q * (at.Q.transpose() * f_);
     at.change.assign(static_cast<std::size_t>(q), Matrix(N, inner));
-    for (Index i = 0; i < q; ++i)
-      for (Index k = 0; k < N; ++k)
-        at.change[static_cast<std::size_t>(i)].row(k).noalias() =
-            -weights.col(i).head(h).transpose() * rows.middleRows(k * h, h);
+    Vector phi(h), w(h), dxi(xi_.rows());
+    Matrix transposed(inner, N);
+    for (Index i = 0; i < q; ++i) {
+      w = -weights.col(i).head(h);
+      for (Index k = 0; k < N; ++k) {
+        phi = columns.row(k).head(h);
+        map_->slopes(xi_.col(k).data(), phi.data(), w.data(), dxi.data(), transposed.col(k).data());
+      }
+      at.change[static_cast<std::size_t>(i)] = transposed.transpose();
+    }
     return at;
   }
 
   /// [phi 1 xi], N x (h + 1 + d).
-  Matrix regressors(ConstVectorRef alpha, RowMajor* slopes) const {
+  Matrix regressors(ConstVectorRef alpha) const {
     map_->alpha = alpha;
     const Index N = xi_.cols(), h = map_->features(), d = xi_.rows();
     Matrix columns(N, h + 1 + d);
     Vector phi(h);
-    RowMajor dphi_dxi(h, d);
     for (Index k = 0; k < N; ++k) {
-      if (slopes)
-        map_->basis_jacobians(xi_.col(k).data(), phi.data(), dphi_dxi.data(), slopes->data() + k * h * slopes->cols());
-      else
-        map_->basis(xi_.col(k).data(), phi.data());
+      map_->basis(xi_.col(k).data(), phi.data());
       columns.row(k).head(h) = phi;
     }
     columns.col(h).setOnes();

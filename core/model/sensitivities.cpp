@@ -82,9 +82,9 @@ bool free_run_sensitivities(const NonlinearModel& model, ConstMatrixRef u, Const
   RowMajor S = RowMajor::Zero(n, dynamic), S_next(n, dynamic);  // dx/d(dynamic parameters)
   for (Index i = 0; i < n; ++i) S(i, at.x0() + i) = 1;
   RowMajor F = RowMajor::Zero(q, at.map);  // df/dtheta at fixed x
-  RowMajor dphi_dxi(h, d), dphi_dalpha(h, inner);
-  Vector phi(h), f = Vector::Zero(q), x = x0, x_next(n), xi(d);
+  Vector phi(h), df_dxi(d), f = Vector::Zero(q), x = x0, x_next(n), xi(d);
   Matrix df_dx = Matrix::Zero(q, n);
+  Vector w(h);
   RowMajor A_total = linear.A, C_total = linear.C;
   Matrix y_block(p, kBlock), J_block(P, p * kBlock);
 
@@ -96,13 +96,13 @@ bool free_run_sensitivities(const NonlinearModel& model, ConstMatrixRef u, Const
       if (model.map) {
         const StaticMap& map = *model.map;
         xi << x, u_k;
-        map.basis_jacobians(xi.data(), phi.data(), dphi_dxi.data(), dphi_dalpha.data());
+        map.basis(xi.data(), phi.data());
         f.noalias() = map.W * phi + map.b + map.L * xi;
-        df_dx.noalias() = map.W * dphi_dxi.leftCols(n) + map.L.leftCols(n);
         for (Index i = 0; i < q; ++i) {
           double* theta = F.data() + i * at.map;
-          std::fill(theta, theta + inner, 0.0);
-          for (Index j = 0; j < h; ++j) add_scaled(theta, map.W(i, j), dphi_dalpha.data() + j * inner, inner);
+          w = map.W.row(i);
+          map.slopes(xi.data(), phi.data(), w.data(), df_dxi.data(), theta);
+          df_dx.row(i) = df_dxi.head(n).transpose() + map.L.row(i).head(n);
           for (Index j = 0; j < h; ++j) theta[inner + j * q + i] = phi(j);
           theta[inner + q * h + i] = 1;
         }

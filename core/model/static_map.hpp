@@ -32,9 +32,9 @@ class StaticMap {
   /// phi(xi). @param xi d values   @param phi h values out
   virtual void basis(const double* xi, double* phi) const = 0;
 
-  /// phi, its derivatives and the product with W in one go.
-  /// @param phi h   @param dphi_dxi h x d row-major   @param dphi_dalpha h x (number of alpha) row-major
-  virtual void basis_jacobians(const double* xi, double* phi, double* dphi_dxi, double* dphi_dalpha) const = 0;
+  /// Gradients of w'phi, given phi = phi(xi). Asked for by weights because no caller needs h separate Jacobians.
+  /// @param w h   @param dxi d values out   @param dalpha (number of alpha) values out
+  virtual void slopes(const double* xi, const double* phi, const double* w, double* dxi, double* dalpha) const = 0;
 
   /// Options and parameters as they stand in a model file.
   virtual Json to_json() const = 0;

@@ -24,11 +24,9 @@ class CubicMap final : public StaticMap {
     std::copy(xi, xi + inputs(), phi);
     phi[inputs()] = xi[0] * xi[0] * xi[0];
   }
-  void basis_jacobians(const double* xi, double* phi, double* dphi_dxi, double*) const override {
-    basis(xi, phi);
-    std::fill(dphi_dxi, dphi_dxi + features() * inputs(), 0.0);
-    for (Index i = 0; i < inputs(); ++i) dphi_dxi[i * inputs() + i] = 1;
-    dphi_dxi[inputs() * inputs()] = 3 * xi[0] * xi[0];
+  void slopes(const double* xi, const double*, const double* w, double* dxi, double*) const override {
+    std::copy(w, w + inputs(), dxi);
+    dxi[0] += 3 * w[inputs()] * xi[0] * xi[0];
   }
   Json to_json() const override { return {{"name", name()}}; }
 };

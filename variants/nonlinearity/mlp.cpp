@@ -37,18 +37,17 @@ class Mlp final : public StaticMap {
     values = 1 - 2 / ((2 * values).exp() + 1);
   }
 
-  void basis_jacobians(const double* xi, double* phi, double* dphi_dxi, double* dphi_dalpha) const override {
-    basis(xi, phi);
-    const Index d = inputs(), width = inner_parameters();
-    std::fill(dphi_dalpha, dphi_dalpha + features() * width, 0.0);
-    for (Index i = 0; i < features(); ++i) {
-      const double slope = 1 - phi[i] * phi[i];
-      double* own = dphi_dalpha + i * width + i * (d + 1);
+  void slopes(const double* xi, const double* phi, const double* w, double* dxi, double* dalpha) const override {
+    const Index d = inputs();
+    std::fill(dxi, dxi + d, 0.0);
+    const double* inner = alpha.data();
+    for (Index i = 0; i < features(); ++i, inner += d + 1, dalpha += d + 1) {
+      const double slope = w[i] * (1 - phi[i] * phi[i]);
       for (Index j = 0; j < d; ++j) {
-        dphi_dxi[i * d + j] = slope * alpha(i * (d + 1) + j);
-        own[j] = slope * xi[j];
+        dxi[j] += slope * inner[j];
+        dalpha[j] = slope * xi[j];
       }
-      own[d] = slope;
+      dalpha[d] = slope;
     }
   }
 
