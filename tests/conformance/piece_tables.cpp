@@ -1,0 +1,65 @@
+// The tables of pieces against the files of their families, and what `list` says of them.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <set>
+
+#include "experiments/list.hpp"
+#include "variants/table.hpp"
+
+using namespace wheelhop;
+
+TEST_CASE("every file of a family's folder is one entry of its table, under its own name") {
+  for (const Family& family : families()) {
+    INFO(family.name);
+    std::set<std::string> files, names;
+    for (const auto& entry :
+         std::filesystem::directory_iterator(std::string(WHEELHOP_SOURCE "/variants/") + family.name))
+      if (entry.path().extension() == ".cpp" && entry.path().stem() != "table") files.insert(entry.path().stem());
+    for (const PieceInfo& piece : family.pieces) CHECK(names.insert(piece.name).second);
+    CHECK(files == names);
+  }
+}
+
+TEST_CASE("every piece names its source and meaning, and every option its default, unit, range and meaning") {
+  const Json list = list_pieces();
+  CHECK(list.at("schema") == "wheelhop.list/1");
+  std::set<std::string> families_listed;
+  for (const Json& family : list.at("families")) {
+    families_listed.insert(family.at("family"));
+    CHECK_FALSE(family.at("pieces").empty());
+    for (const Json& piece : family.at("pieces")) {
+      INFO(piece.at("name"));
+      CHECK_FALSE(piece.at("source").get<std::string>().empty());
+      CHECK(piece.at("available").is_boolean());
+      for (const Json& option : piece.at("options")) {
+        INFO(option.at("name"));
+        CHECK(option.contains("default"));
+        CHECK_FALSE(option.at("range").get<std::string>().empty());
+        CHECK_FALSE(option.at("meaning").get<std::string>().empty());
+      }
+    }
+  }
+  for (const char* name : {"subspace", "inversion", "nonlinearity", "solver", "pipeline", "law", "drive"})
+    CHECK(families_listed.count(name) == 1);
+}
+
+TEST_CASE("the effective options of a piece make the same piece again") {
+  Json wanted = {{"name", "pi_moesp"}, {"block_rows", 25}};
+  const auto first = make_from(subspace_table(), JsonCursor::from(wanted, "config.json"));
+  CHECK(first.piece->name() == "pi_moesp");
+  CHECK(first.config.at("block_rows") == 25);
+  CHECK(first.config.contains("max_order"));
+  const auto again = make_from(subspace_table(), JsonCursor::from(first.config, "config.json"));
+  CHECK(again.config == first.config);
+}
+
+TEST_CASE("an unknown piece, option or value is refused with file, path and the known names") {
+  using Catch::Contains;
+  const auto make = [](const char* text) {
+    make_from(inversion_table(), JsonCursor::from(parse_json(text, "config.json"), "config.json"));
+  };
+  CHECK_THROWS_WITH(make(R"({"name": "sdy"})"), Contains("config.json") && Contains("$.name") && Contains("sdi"));
+  CHECK_THROWS_WITH(make(R"({})"), Contains("config.json") && Contains("name"));
+  CHECK_THROWS_WITH(make(R"({"name": "sdi", "leg": 4})"), Contains("leg") && Contains("lag"));
+  CHECK_THROWS_WITH(make(R"({"name": "sdi", "lag": -1})"), Contains("$.lag") && Contains("-1"));
+}

@@ -1,0 +1,198 @@
+// generate -> identify -> simulate with the program, and what it refuses.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+
+#include "core/data/metrics.hpp"
+#include "core/data/table.hpp"
+#include "tests/support/plants.hpp"
+#include "tests/support/program.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+using Catch::Contains;
+
+namespace {
+
+std::string quoted(const std::filesystem::path& path) { return "'" + path.string() + "'"; }
+
+Json sample_config() {
+  return Json::parse(R"({"plant": "data/plant.json", "pipeline": {"passes": 2, "refine_iterations": 10},
+                         "subspace": {"name": "pi_moesp", "block_rows": 20}})");
+}
+
+/// A folder with data of 20 s and a config.
+void prepare(const Folder& folder) {
+  write_json(folder / "plant.json", parse_json(quarter_car_text, "plant.json"));
+  write_json(folder / "generate.json", Json::parse(R"({"plant": "plant.json", "sampling_hz": 200, "records": [
+    {"role": "estimation", "duration_s": 20, "drive": {"name": "band_limited_noise", "rms": 0.0155}},
+    {"role": "validation", "duration_s": 10, "drive": {"name": "band_limited_noise", "rms": 0.0155}}]})"));
+  REQUIRE(run_program("generate " + quoted(folder / "generate.json") + " --quiet --out " + quoted(folder / "data"))
+              .status == 0);
+  write_json(folder / "config.json", sample_config());
+}
+
+Said identify(const Folder& folder, const std::string& records = "data/records.json") {
+  return run_program("identify " + quoted(folder / "config.json") + " --quiet --records " + quoted(folder / records) +
+                     " --out " + quoted(folder / "model.json"));
+}
+
+Said simulate(const Folder& folder, const std::string& system, const std::string& records, const std::string& out,
+              const std::string& more = "--quiet") {
+  return run_program("simulate " + quoted(folder / system) + " --records " + quoted(folder / records) + " --out " +
+                     quoted(folder / out) + " " + more);
+}
+
+/// records.json of one record of `count` samples with the columns of the quarter car.
+void write_record(const Folder& folder, const std::function<void(Table&)>& edit, Index count = 2000) {
+  Table table = read_table(folder / "data/estimation_1.csv");
+  table.columns.conservativeResize(Eigen::NoChange, count);
+  edit(table);
+  std::filesystem::create_directory(folder / "bad");
+  write_table(folder / "bad/record.csv", table);
+  write_json(folder / "bad/records.json",
+             Json::parse(R"({"sampling_hz": 200, "records": [{"file": "record.csv", "role": "estimation"}]})"));
+}
+
+}  // namespace
+
+TEST_CASE("a model identified from generated records follows the validation record, from its file as well") {
+  const Folder folder;
+  prepare(folder);
+  const Said said = identify(folder);
+  INFO(said.err + said.out);
+  REQUIRE(said.status == 0);
+  CHECK(said.err.empty());
+  const Json model = parse_json(read_file(folder / "model.json"), "model.json");
+  CHECK(model.at("status") == "ok");
+  const Json& scores = model.at("scores").at("records").at(1);
+  CHECK(scores.at("role") == "validation");
+
+  REQUIRE(simulate(folder, "model.json", "data/records.json", "all.csv").status == 0);
+  const Table all = read_table(folder / "all.csv"), measured = read_table(folder / "data/validation_1.csv");
+  REQUIRE(all.find("record") == 0);
+  REQUIRE(all.columns.cols() == 4000 + measured.columns.cols());
+  for (const char* output : {"travel", "body_acc", "wheel_acc"}) {
+    const Matrix run = all.columns.row(all.find(output)).tail(measured.columns.cols());
+    const double vaf = vaf_percent(measured.columns.row(measured.find(output)), run)(0);
+    CHECK(vaf > 95);
+    CHECK(vaf == Approx(scores.at("vaf_percent").at(output).get<double>()).epsilon(1e-9));
+  }
+
+  // Only the drive is needed; the state then starts at zero, and it is said.
+  Table drive;
+  drive.names = {"t", "road"};
+  drive.columns.resize(2, measured.columns.cols());
+  drive.columns << measured.columns.row(measured.find("t")), measured.columns.row(measured.find("road"));
+  write_table(folder / "data/drive.csv", drive);
+  write_json(folder / "data/drive.json",
+             Json::parse(R"({"sampling_hz": 200, "records": [{"file": "drive.csv", "role": "validation"}]})"));
+  const Said alone = simulate(folder, "model.json", "data/drive.json", "alone.csv", "");
+  CHECK(alone.status == 0);
+  CHECK_THAT(alone.err, Contains("zero state"));
+  CHECK(simulate(folder, "model.json", "data/drive.json", "none.csv", "--quiet --x0 estimate").status == 2);
+  CHECK_FALSE(std::filesystem::exists(folder / "none.csv"));
+  const Table single = read_table(folder / "alone.csv");
+  CHECK(single.find("record") == -1);
+  CHECK(single.find("wheel_acc") > 0);
+
+  // A drive of twice the size leaves the training range: that is flagged, by channel.
+  drive.columns.row(1) *= 1.5;
+  write_table(folder / "data/drive.csv", drive);
+  const Said beyond = simulate(folder, "model.json", "data/drive.json", "beyond.csv", "");
+  CHECK_THAT(beyond.err, Contains("road leaves the training range"));
+}
+
+TEST_CASE("a plant simulates its own records again; beyond its end stop nothing is written and the status is 1") {
+  const Folder folder;
+  prepare(folder);
+  REQUIRE(simulate(folder, "data/plant.json", "data/records.json", "plant.csv").status == 0);
+  const Table run = read_table(folder / "plant.csv"), measured = read_table(folder / "data/estimation_1.csv");
+  // From rest instead of from the middle of the ride: the transient needs its time.
+  const Index from = 1000, count = 2000;
+  CHECK(vaf_percent(measured.columns.row(measured.find("body_acc")).segment(from, count),
+                    run.columns.row(run.find("body_acc")).segment(from, count))(0) > 99);
+  write_record(folder, [](Table& table) { table.columns.row(table.find("road")) *= 6; });
+  const Said said = simulate(folder, "data/plant.json", "bad/records.json", "bad.csv");
+  CHECK(said.status == 1);
+  CHECK_THAT(said.err, Contains("outside_domain"));
+  CHECK_FALSE(std::filesystem::exists(folder / "bad.csv"));
+}
+
+TEST_CASE("a bad config ends with status 2 and one line with file and path; no model is written") {
+  const Folder folder;
+  prepare(folder);
+  const auto refused = [&](const std::function<void(Json&)>& edit) {
+    Json config = sample_config();
+    edit(config);
+    write_json(folder / "config.json", config);
+    const Said said = identify(folder);
+    INFO(said.err);
+    CHECK(said.status == 2);
+    CHECK(said.lines() == 1);
+    CHECK_FALSE(std::filesystem::exists(folder / "model.json"));
+    return said.err;
+  };
+  CHECK_THAT(refused([](Json& c) { c["sede"] = 1; }), Contains("config.json") && Contains("seed"));
+  CHECK_THAT(refused([](Json& c) { c.erase("plant"); }), Contains("inputs"));
+  CHECK_THAT(refused([](Json& c) { c["inputs"] = Json::array(); }), Contains("either"));
+  CHECK_THAT(refused([](Json& c) {
+               c.erase("plant");
+               c["inputs"] = Json::parse(R"([{"name": "raod"}])");
+               c["outputs"] = Json::parse(R"([{"name": "travel"}, {"name": "body_acc"}])");
+             }),
+             Contains("raod") && Contains("road") && Contains("estimation_1.csv"));
+  CHECK_THAT(refused([](Json& c) { c["nonlinearity"] = {{"name", "mlq"}}; }), Contains("$.nonlinearity.name"));
+  CHECK_THAT(refused([](Json& c) { c["subspace"]["block_rows"] = 1; }), Contains("$.subspace.block_rows"));
+  CHECK_THAT(refused([](Json& c) { c["pipeline"]["nonlinearities"] = 3; }),
+             Contains("$.pipeline.nonlinearities") && Contains("assumption 2"));
+  CHECK_THAT(refused([](Json& c) {
+               c["order"] = 4;
+               c["pipeline"]["order"] = 5;
+             }),
+             Contains("$.pipeline.order"));
+  CHECK_THAT(refused([](Json& c) { c["record"] = "estimation_9.csv"; }),
+             Contains("$.record") && Contains("estimation_1.csv"));
+}
+
+TEST_CASE("a record that cannot carry the identification is refused with the numbers; no model is written") {
+  const Folder folder;
+  prepare(folder);
+  const auto refused = [&](const std::function<void(Table&)>& edit, Index count = 2000) {
+    write_record(folder, edit, count);
+    const Said said = identify(folder, "bad/records.json");
+    INFO(said.err);
+    CHECK(said.status == 2);
+    CHECK(said.lines() == 1);
+    CHECK_THAT(said.err, Contains("records.json") && Contains("record.csv"));
+    CHECK_FALSE(std::filesystem::exists(folder / "model.json"));
+    return said.err;
+  };
+  const auto road = [](Table& table) { return table.columns.row(table.find("road")); };
+  CHECK_THAT(refused([&](Table& t) { road(t).setZero(); }), Contains("\"road\" constant"));
+  CHECK_THAT(refused([&](Table& t) { road(t).setConstant(0.01); }), Contains("\"road\" constant at 0.01"));
+  CHECK_THAT(refused([&](Table& t) {
+               for (Index k = 0; k < t.columns.cols(); ++k) road(t)(k) = std::sin(0.05 * static_cast<double>(k));
+             }),
+             Contains("order 40") && Contains("found order 2"));
+  CHECK_THAT(refused([&](Table& t) { t.columns.row(t.find("body_acc")).setConstant(9.81); }),
+             Contains("\"body_acc\" constant"));
+  CHECK_THAT(refused([](Table&) {}, 120), Contains("120") && Contains("block rows"));
+}
+
+TEST_CASE("help teaches, unknown commands and options are refused with what is known") {
+  for (const char* command : {"list", "generate", "identify", "simulate", "reproduce", "report"}) {
+    const Said said = run_program(std::string(command) + " --help");
+    CHECK(said.status == 0);
+    CHECK_THAT(said.out, Contains("Example:") && Contains(std::string("wheelhop ") + command));
+  }
+  CHECK(run_program("").status == 2);
+  const Said unknown = run_program("reprodce");
+  CHECK(unknown.status == 2);
+  CHECK_THAT(unknown.err, Contains("reproduce") && Contains("did you mean"));
+  const Said missing = run_program("identify");
+  CHECK(missing.status == 2);
+  CHECK(missing.lines() == 1);
+  CHECK(run_program("simulate nowhere.json --records r.json --out s.csv").status == 2);
+}
