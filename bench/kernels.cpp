@@ -11,7 +11,7 @@ namespace {
 
 using namespace wheelhop;
 
-/// A stable random system with q inputs of noise behind it.
+/// A random matrix of spectral radius 0.95.
 Matrix stable_matrix(Index n, Random& random) {
   const Matrix A = random.normal(n, n);
   return 0.95 / spectral_radius(A) * A;
