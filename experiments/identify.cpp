@@ -68,7 +68,11 @@ RecordScore score_record(const IdentifyConfig& config, const PipelineResult& res
                          std::size_t index) {
   const Record& record = config.set.records[index];
   const Signal& signal = record.signal;
-  RecordScore score{record.file, record.role, Status::ok, "", {}, {}, {}, {}, {}, 0};
+  RecordScore score;
+  score.file = record.file;
+  score.role = record.role;
+  score.first = record.first;
+  score.samples = signal.samples();
   score.linear_vaf =
       run_and_score(without_map(result.linear.model), result.scaling, signal, signal.y, config.initial_state_samples)
           .vaf;
@@ -99,6 +103,7 @@ Json score_json(const IdentifyConfig& config, const RecordScore& score, bool tra
   };
   Json out = {{"file", score.file},
               {"role", score.role},
+              {"range", {score.first, score.first + score.samples}},
               {"trained_on", trained},
               {"status", std::string(to_string(score.status))},
               {"message", score.message},

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "experiments/identify_study.hpp"
 
 namespace wheelhop {
@@ -9,6 +11,12 @@ std::string numbers(const Vector& values) {
   std::string text;
   for (const double value : values) text += fmt::format(" {:.4g}", value);
   return text;
+}
+
+/// "val.csv [100, 4100)": records may be parts of one file.
+std::string label(const RecordScore& score) {
+  return fmt::format("{} [{}, {})", std::filesystem::path(score.file).filename().string(), score.first,
+                     score.first + score.samples);
 }
 
 void print_steps(const IdentifyConfig& config, const PipelineResult& result) {
@@ -35,23 +43,25 @@ void print_steps(const IdentifyConfig& config, const PipelineResult& result) {
 void print_identification(const IdentifyConfig& config, const PipelineResult& result, const ModelFile& model,
                           const std::vector<RecordScore>& scores) {
   print_steps(config, result);
+  std::size_t width = 0;
+  for (const RecordScore& score : scores) width = std::max(width, label(score).size());
   fmt::print("\nfree run, initial state from the first {} samples\n", config.initial_state_samples);
-  fmt::print("{:<24} {:<11} {:<26} {:>10} {:>10} {:>12} {:>10}\n", "record", "role", "output", "linear VAF", "VAF %",
-             "RMSE", "NRMSE");
+  fmt::print("{:<{}} {:<11} {:<26} {:>10} {:>10} {:>15} {:>10}\n", "record", width, "role", "output", "linear VAF",
+             "VAF %", "RMSE", "NRMSE");
   for (const RecordScore& score : scores) {
     if (score.status != Status::ok) {
-      fmt::print("{:<24} {:<11} {}: {}\n", score.file, score.role, to_string(score.status), score.message);
+      fmt::print("{:<{}} {:<11} {}: {}\n", label(score), width, score.role, to_string(score.status), score.message);
       continue;
     }
     for (Index i = 0; i < score.vaf.size(); ++i) {
       const Channel& channel = config.outputs[static_cast<std::size_t>(i)];
-      fmt::print("{:<24} {:<11} {:<26} {:>10.2f} {:>10.4f} {:>12} {:>10.3g}\n", i == 0 ? score.file : "",
+      fmt::print("{:<{}} {:<11} {:<26} {:>10.2f} {:>10.4f} {:>15} {:>10.3g}\n", i == 0 ? label(score) : "", width,
                  i == 0 ? score.role : "", channel.name, score.linear_vaf(i), score.vaf(i),
                  fmt::format("{:.4g} {}", score.rmse(i), channel.unit), score.nrmse(i));
     }
     for (const Excess& excess : score.beyond)
-      fmt::print("{:<24} leaves the training range: {} by {:.3g} {} ({:.1f} % of it), {} samples\n", "", excess.channel,
-                 excess.distance, excess.unit, 100 * excess.share, excess.samples);
+      fmt::print("{:<{}} leaves the training range: {} by {:.3g} {} ({:.1f} % of it), {} samples\n", "", width,
+                 excess.channel, excess.distance, excess.unit, 100 * excess.share, excess.samples);
   }
   if (model.status != Status::ok) fmt::print("\n{}: {}\n", to_string(model.status), model.message);
 }

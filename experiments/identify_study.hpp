@@ -33,6 +33,7 @@ IdentifyConfig read_identify_config(const std::filesystem::path& config, const s
 /// Scores of a model on one record.
 struct RecordScore {
   std::string file, role;
+  Index first = 0, samples = 0;  ///< part of the file that was scored: [first, first + samples)
   Status status = Status::failed;
   std::string message;
   Vector vaf, rmse, nrmse;  ///< p of the model; rmse in the units of the outputs
