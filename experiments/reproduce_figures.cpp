@@ -25,16 +25,16 @@ Segment find_segment(const std::array<Matrix, 3>& lines, double sample_time_s) {
   std::array<double, 3> level{};
   for (std::size_t s = 0; s < 3; ++s) level[s] = rms(lines[s].topRows(1))(0);
   for (Index first = 0; first + length <= total; first += step) {
-    double fails = 0, does_well = 0;
+    double fails = 0, does_well = 100;
     bool moves = true;
     for (std::size_t s = 0; s < 3; ++s) {
       const auto part = [&](Index from, Index count) {
         const Matrix both = lines[s].block(0, from, 2, count);
         moves = moves && rms(both.topRows(1))(0) >= least_level * level[s];
-        return vaf_percent(both.topRows(1), both.bottomRows(1))(0) / 3;
+        return vaf_percent(both.topRows(1), both.bottomRows(1))(0);
       };
-      fails += part(first, start);
-      does_well += part(first + length - end, end);
+      fails += part(first, start) / 3;
+      does_well = std::min(does_well, part(first + length - end, end));  // all three figures must show it
     }
     // Below zero "fails completely" does not become truer: the end then decides.
     const double contrast = does_well - std::max(fails, 0.0);
