@@ -58,134 +58,180 @@ void whiten_auxiliary(Extended& system, Matrix& f) {
   system.Dt = system.Dt * L;
 }
 
-}  // namespace
+/// What every step reads.
+struct Run {
+  ConstMatrixRef u, y;
+  double sample_time_s;
+  const PipelineOptions& options;
+  const Pieces& pieces;
+  Random& random;
 
-PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time_s, const PipelineOptions& options,
-                          const Pieces& pieces, Random& random) {
-  const Index m = u.rows(), q = options.nonlinearities;
-  PipelineResult result;
-  result.linear = pieces.subspace.identify(u, y, options.order);  // step 1
+  Matrix residual(const Extended& system) const {  // eqs. (12)-(13)
+    return y - simulate(system.linear, u, system.x0).y;
+  }
+};
+
+/// Step 1: linear model of [u, y], states whitened.
+Extended identify_linear(const Run& run, PipelineResult& result) {
+  result.linear = run.pieces.subspace.identify(run.u, run.y, run.options.order);
   if (result.linear.status != Status::ok) {
     result.status = result.linear.status;
     result.message = "linear identification: " + result.linear.message;
-    return result;
+    return {};
   }
-  const Index n = result.linear.order_used;
-  Extended system{result.linear.model, Matrix(), Matrix(), result.linear.x0};
-  Matrix x_linear = simulate(system.linear, u, system.x0).x;
-  system.Bt = Matrix::Zero(n, q);
-  whiten(system, x_linear);
+  Extended system{result.linear.model, Matrix::Zero(result.linear.order_used, run.options.nonlinearities), Matrix(),
+                  result.linear.x0};
+  Matrix x = simulate(system.linear, run.u, system.x0).x;
+  whiten(system, x);
   result.linear.model = system.linear;
   result.linear.x0 = system.x0;
+  return system;
+}
 
-  const auto residual = [&] { return Matrix(y - simulate(system.linear, u, system.x0).y); };  // eqs. (12)-(13)
-  if (options.direction == "input") {
-    if (q > m) {
-      result.status = Status::rank_deficient;
-      result.message = "direction \"input\" offers as many directions as there are inputs";
-      return result;
+/// Step 2: [Bt; Dt] by eq. (17), or from physics.
+void find_direction(const Run& run, Extended& system, PipelineResult& result) {
+  const Index q = run.options.nonlinearities;
+  Direction& direction = result.direction;
+  if (run.options.direction == "input") {
+    if (q > run.u.rows()) {
+      result.status = direction.status = Status::rank_deficient;
+      result.message = direction.message = "direction \"input\" offers as many directions as there are inputs";
+      return;
     }
-    system.Bt = system.linear.B.leftCols(q);
-    system.Dt = system.linear.D.leftCols(q);
-    result.direction.status = Status::ok;
-    result.direction.Bt = system.Bt;
-    result.direction.Dt = system.Dt;
-    result.direction.channel_residual = 0.05 * rms(residual());
+    direction.Bt = system.linear.B.leftCols(q);
+    direction.Dt = system.linear.D.leftCols(q);
+    // No estimate of what f cannot explain exists here; a twentieth keeps the inversion close to the residual.
+    direction.channel_residual = 0.05 * rms(run.residual(system));
+    direction.status = Status::ok;
   } else {
-    DirectionOptions step2;
-    step2.count = q;
-    step2.direct_term = options.direct_term;
-    result.direction = estimate_direction(system.linear.A, system.linear.C, residual(), sample_time_s, step2,
-                                          pieces.solver, random);  // eq. (17)
-    if (result.direction.status != Status::ok) {
-      result.status = result.direction.status;
-      result.message = "direction of the nonlinearity: " + result.direction.message;
-      return result;
+    DirectionOptions options;
+    options.count = q;
+    options.direct_term = run.options.direct_term;
+    direction = estimate_direction(system.linear.A, system.linear.C, run.residual(system), run.sample_time_s, options,
+                                   run.pieces.solver, run.random);
+    if (direction.status != Status::ok) {
+      result.status = direction.status;
+      result.message = "direction of the nonlinearity: " + direction.message;
+      return;
     }
-    system.Bt = result.direction.Bt;
-    system.Dt = result.direction.Dt;
   }
+  system.Bt = direction.Bt;
+  system.Dt = direction.Dt;
+}
 
-  for (Index number = 0; number < options.passes; ++number) {
-    Pass pass;
-    const Matrix z = residual();
-    // What neither noise nor f explains; never below 1 % of the residual, so that R_v stays positive definite.
-    const Vector noise_std = result.direction.channel_residual.cwiseMax(0.01 * rms(z)).cwiseMax(1e-6);
-    Reconstruction inverse = pieces.inversion.reconstruct(system.linear.A, system.linear.C, system.Bt, system.Dt, z,
-                                                          noise_std);  // step 3
-    pass.status = inverse.status;
-    pass.message = inverse.message;
-    pass.input_variance = inverse.input_variance;
-    if (inverse.status != Status::ok) {
-      result.passes.push_back(std::move(pass));
-      break;
-    }
-    Matrix f = std::move(inverse.f);
-    whiten_auxiliary(system, f);
-    LinearModel both = system.linear;
-    both.B = Matrix(n, m + q);
-    both.B << system.linear.B, system.Bt;
-    both.D = Matrix(y.rows(), m + q);
-    both.D << system.linear.D, system.Dt;
-    Matrix x = simulate(both, stacked(u, f), system.x0).x;
-    whiten(system, x);
-    pass.split = decompose(x, u);
+/// The auxiliary input along the record and the states it leads to.
+struct Trajectory {
+  Matrix f, x;
+};
 
-    MapFitOptions step4;
-    step4.starts = number == 0 ? options.map_starts : 1;
-    step4.iterations = options.map_iterations;
-    const MapFit fit = fit_static_map(*pieces.make_map(n + m, q), stacked(x, u), f, step4, pieces.solver,
-                                      random);  // step 4
-    pass.status = fit.status;
-    pass.message = fit.message;
-    if (fit.status != Status::ok) {
-      result.passes.push_back(std::move(pass));
-      break;
-    }
-    pass.map_residual = fit.residual;
-    pass.model = {system.linear, system.Bt, system.Dt, fit.map};
-    fold_linear_part(pass.model, fit.linear);
-    pass.x0 = system.x0;
-    const FreeRun run = free_run(pass.model, u, pass.x0);
-    pass.status = run.status;
-    pass.training_vaf = vaf_percent(y, run.y);
-    pass.score = run.status == Status::ok ? pass.training_vaf.mean() : -std::numeric_limits<double>::infinity();
-    if (!std::isfinite(pass.score)) pass.score = -std::numeric_limits<double>::infinity();
-    if (result.best < 0 || pass.score > result.passes[static_cast<std::size_t>(result.best)].score)
-      result.best = static_cast<Index>(result.passes.size());
+/// Step 3: f by dynamic inversion, then the states by simulating with the extended input (Sec. 2.6).
+Trajectory reconstruct(const Run& run, Extended& system, const Vector& channel_residual, Pass& pass) {
+  const Matrix z = run.residual(system);
+  // What neither noise nor f explains; never below 1 % of the residual, so that R_v stays positive definite.
+  const Vector noise_std = channel_residual.cwiseMax(0.01 * rms(z)).cwiseMax(1e-6);
+  Reconstruction inverse =
+      run.pieces.inversion.reconstruct(system.linear.A, system.linear.C, system.Bt, system.Dt, z, noise_std);
+  pass.status = inverse.status;
+  pass.message = inverse.message;
+  pass.input_variance = inverse.input_variance;
+  if (inverse.status != Status::ok) return {};
+  Trajectory along{std::move(inverse.f), {}};
+  whiten_auxiliary(system, along.f);
+  LinearModel both = system.linear;
+  both.B = Matrix(system.linear.order(), run.u.rows() + along.f.rows());
+  both.B << system.linear.B, system.Bt;
+  both.D = Matrix(run.y.rows(), both.B.cols());
+  both.D << system.linear.D, system.Dt;
+  along.x = simulate(both, stacked(run.u, along.f), system.x0).x;
+  whiten(system, along.x);
+  pass.split = decompose(along.x, run.u);  // eq. (4)
+  return along;
+}
 
-    if (number + 1 < options.passes) {  // step 5: the linear subsystem again, with f as further inputs
-      Matrix f_hat(q, f.cols());
-      Vector phi(fit.map->features());
-      const Matrix xi = stacked(x, u);
-      for (Index k = 0; k < f.cols(); ++k) fit.map->value(xi.col(k).data(), f_hat.col(k).data(), phi.data());
-      const Matrix extended = stacked(u, f_hat);
-      LinearEstimate again = pieces.subspace.identify(extended, y, n);
-      if (again.status != Status::ok) {
-        pass.message = "step 5: " + again.message;
-        result.passes.push_back(std::move(pass));
-        break;
-      }
-      if (!options.direct_term) {
-        const InputMatrices restricted = estimate_input_matrices(again.model.A, again.model.C, extended, y, m);
-        again.model = restricted.model;
-        again.x0 = restricted.x0;
-      }
-      system = split_inputs(again.model, again.x0, m);
-    }
-    result.passes.push_back(std::move(pass));
+/// Step 4: the static map from [x; u] to f, and the free run of the model that results.
+void fit_map(const Run& run, const Extended& system, const Trajectory& along, Index starts, Pass& pass) {
+  MapFitOptions options;
+  options.starts = starts;
+  options.iterations = run.options.map_iterations;
+  const Matrix xi = stacked(along.x, run.u);
+  const MapFit fit = fit_static_map(*run.pieces.make_map(xi.rows(), along.f.rows()), xi, along.f, options,
+                                    run.pieces.solver, run.random);
+  pass.status = fit.status;
+  pass.message = fit.message;
+  if (fit.status != Status::ok) return;
+  pass.map_residual = fit.residual;
+  pass.model = {system.linear, system.Bt, system.Dt, fit.map};
+  fold_linear_part(pass.model, fit.linear);
+  pass.x0 = system.x0;
+  const FreeRun trial = free_run(pass.model, run.u, pass.x0);
+  pass.status = trial.status;
+  pass.training_vaf = vaf_percent(run.y, trial.y);
+  const double mean = pass.training_vaf.mean();
+  pass.score = trial.status == Status::ok && std::isfinite(mean) ? mean : -std::numeric_limits<double>::infinity();
+}
+
+/// Step 5: the linear subsystem again, with the map's f as further inputs. False if it fails.
+bool identify_extended(const Run& run, const Trajectory& along, Pass& pass, Extended& system) {
+  const StaticMap& map = *pass.model.map;
+  const Index m = run.u.rows();
+  const Matrix xi = stacked(along.x, run.u);
+  Matrix f(along.f.rows(), along.f.cols());
+  Vector phi(map.features());
+  for (Index k = 0; k < f.cols(); ++k) map.value(xi.col(k).data(), f.col(k).data(), phi.data());
+  const Matrix extended = stacked(run.u, f);
+  LinearEstimate again = run.pieces.subspace.identify(extended, run.y, system.linear.order());
+  if (again.status != Status::ok) {
+    pass.message = "step 5: " + again.message;
+    return false;
+  }
+  if (!run.options.direct_term) {
+    InputMatrices restricted = estimate_input_matrices(again.model.A, again.model.C, extended, run.y, m);
+    again.model = std::move(restricted.model);
+    again.x0 = std::move(restricted.x0);
+  }
+  system = split_inputs(again.model, again.x0, m);
+  return true;
+}
+
+/// The pass with the best training free run becomes the result. Step 5 is not monotone.
+void keep_best(PipelineResult& result) {
+  for (std::size_t i = 0; i < result.passes.size(); ++i) {
+    if (!result.passes[i].model.map) continue;
+    if (result.best < 0 || result.passes[i].score > result.passes[static_cast<std::size_t>(result.best)].score)
+      result.best = static_cast<Index>(i);
   }
   if (result.best < 0) {
-    result.status = result.passes.empty() ? Status::failed : result.passes.back().status;
-    result.message =
-        result.passes.empty() ? "no pass was made" : "no pass gave a model: " + result.passes.back().message;
-    return result;
+    result.status = result.passes.back().status;
+    result.message = "no pass gave a model: " + result.passes.back().message;
+    return;
   }
   const Pass& best = result.passes[static_cast<std::size_t>(result.best)];
   result.model = best.model;
   result.x0 = best.x0;
   result.status = std::isfinite(best.score) ? Status::ok : Status::outside_domain;
   if (result.status != Status::ok) result.message = "the free run of every pass diverged on the training record";
+}
+
+}  // namespace
+
+PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time_s, const PipelineOptions& options,
+                          const Pieces& pieces, Random& random) {
+  const Run run{u, y, sample_time_s, options, pieces, random};
+  PipelineResult result;
+  Extended system = identify_linear(run, result);
+  if (result.linear.status != Status::ok) return result;
+  find_direction(run, system, result);
+  if (result.direction.status != Status::ok) return result;
+  for (Index number = 0; number < options.passes; ++number) {
+    Pass pass;
+    const Trajectory along = reconstruct(run, system, result.direction.channel_residual, pass);
+    if (pass.status == Status::ok) fit_map(run, system, along, number == 0 ? options.map_starts : 1, pass);
+    bool go_on = pass.model.map != nullptr;
+    if (go_on && number + 1 < options.passes) go_on = identify_extended(run, along, pass, system);
+    result.passes.push_back(std::move(pass));
+    if (!go_on) break;
+  }
+  keep_best(result);
   return result;
 }
 
