@@ -191,7 +191,7 @@ TEST_CASE("the log-likelihood is that of the joint normal density of the record"
     for (Index j = k; j < N; ++j) {
       joint.block(p * j, p * k, p, p) = problem.C * cross * problem.C.transpose();
       if (j == k) joint.block(p * j, p * k, p, p) += problem.R;
-      joint.block(p * k, p * j, p, p) = joint.block(p * j, p * k, p, p).transpose();
+      joint.block(p * k, p * j, p, p) = joint.block(p * j, p * k, p, p).transpose().eval();
       cross = problem.A * cross;
     }
     X = problem.A * X * problem.A.transpose() + problem.Q;
