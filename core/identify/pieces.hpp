@@ -43,7 +43,7 @@ struct Reconstruction {
   Matrix f;                    ///< q x N
   Index first = 0, last = 0;   ///< samples [first, last) that are trustworthy
   double input_variance = 0;   ///< Q_eta used (ratio to R_v's scale), 0 where the method has none
-  double log_likelihood = 0;   ///< of the innovations, 0 where the method has none
+  double log_likelihood = 0;   ///< of the innovations, common scale concentrated out; 0 where the method has none
   double spectral_radius = 0;  ///< of the inverse system
 };
 

@@ -25,7 +25,7 @@ struct DareSolution {
 /// not_finite on overflow or a singular step. std::invalid_argument on shapes only.
 /// Cost O(n^3) a doubling, quadratic convergence (linear for an eigenvalue on the circle).
 /// Source: Chu, Fan, Lin & Wang 2004, "Structure-preserving algorithms for periodic discrete-time algebraic Riccati
-/// equations", Int. J. Control 77(8), eqs. (14)-(16), on the dual (A', C', Q, R).
+/// equations", Int. J. Control 77(8), on the dual (A', C', Q, R).
 DareSolution solve_dare(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef Q, ConstMatrixRef R);
 
 }  // namespace wheelhop

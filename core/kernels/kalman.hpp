@@ -31,7 +31,7 @@ FilterRun run_filter(const KalmanFilter& filter, ConstMatrixRef z, ConstVectorRe
 
 /// x(k|k+lag) from the innovations: x(k|k-1) + P sum_{j=0..lag} (A-KC)'^j C' S^-1 e(k+j), truncated at the end of the
 /// record. lag = 0 is the filtered estimate. Cost O(lag N n p).
-/// Source: Anderson & Moore 1979, "Optimal Filtering", ch. 7, eqs. (7.2.5)-(7.2.9).
+/// Source: Anderson & Moore 1979, "Optimal Filtering", ch. 7 (smoothing).
 Matrix fixed_lag_states(const KalmanFilter& filter, const FilterRun& run, Index lag);
 
 /// x(k|N-1), the fixed-interval smoother in the form of Bryson & Frazier 1963 (no inverse of P):

@@ -1,6 +1,6 @@
 /// \file
-/// Levenberg-Marquardt on the normal equations (Levenberg 1944; Marquardt 1963) with the damping rule of Nielsen 1999,
-/// "Damping parameter in Marquardt's method", IMM-REP-1999-05, eq. (2.5), and Marquardt's scaling by diag(J'J).
+/// Levenberg-Marquardt on the normal equations (Levenberg 1944; Marquardt 1963) with a damping rule after Nielsen 1999,
+/// "Damping parameter in Marquardt's method", IMM-REP-1999-05, and Marquardt's scaling by diag(J'J).
 #pragma once
 
 #include <memory>

@@ -6,7 +6,7 @@ namespace wheelhop {
 const std::vector<Entry<SolverPiece>>& solver_table() {
   static const std::vector<Entry<SolverPiece>> table = {
       table_entry<SolverPiece, LevenbergMarquardtOptions, make_levenberg_marquardt>(
-          "levenberg_marquardt", "Levenberg 1944; Marquardt 1963; damping rule of Nielsen 1999, eq. (2.5)",
+          "levenberg_marquardt", "Levenberg 1944; Marquardt 1963; damping rule after Nielsen 1999",
           "damped Gauss-Newton on the normal equations, scaled by diag(J'J)")};
   return table;
 }
