@@ -133,8 +133,7 @@ Json scores_json(const IdentifyConfig& config, const PipelineResult& result, con
       {"agreeing_starts", result.direction.agreeing},
       {"passes", Json::array()},
       {"best_pass", result.best + 1},
-      {"refinement",
-       {{"status", std::string(to_string(result.refinement.status))}, {"iterations", result.refinement.iterations}}},
+      {"refinement", to_json(result.refinement)},
       {"records", Json::array()}};
   for (const Pass& pass : result.passes)
     out["passes"].push_back(

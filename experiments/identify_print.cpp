@@ -34,8 +34,9 @@ void print_steps(const IdentifyConfig& config, const PipelineResult& result) {
                pass.status == Status::ok ? "" : fmt::format("  {}: {}", to_string(pass.status), pass.message),
                static_cast<Index>(i) == result.best ? "  (kept)" : "");
   }
-  if (result.refinement.iterations > 0)
-    fmt::print("refined {} iterations: {}\n", result.refinement.iterations, result.refinement.message);
+  if (result.refinement.solution.iterations > 0)
+    fmt::print("refined {} iterations: {}\n", result.refinement.solution.iterations,
+               result.refinement.solution.message);
 }
 
 }  // namespace

@@ -75,7 +75,10 @@ int run_reproduce(const ReproduceRequest& request) {
 
   Json timing = {{"schema", "wheelhop.timing/1"}, {"jobs", jobs}};
   timing["total_s"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  for (const RealisationRow& row : rows) timing["realisation_s"].push_back(row.seconds);
+  for (const RealisationRow& row : rows) {
+    timing["realisation_s"].push_back(row.seconds);
+    timing["as_printed_s"].push_back(row.as_printed_seconds);
+  }
   remove_drawings(request.out);
   write_json(request.out / "timing.json", timing);
   if (!figures.is_null()) write_json(request.out / "figures" / "figures.json", figures);

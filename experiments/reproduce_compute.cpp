@@ -1,6 +1,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/data/metrics.hpp"
 #include "core/data/noise.hpp"
@@ -154,7 +155,7 @@ void compute_main(const ReproduceConfig& config, const Records& records, Realisa
   row.direction_residual = result.direction.residual;
   row.agreeing_starts = result.direction.agreeing;
   row.best_pass = result.best;
-  row.refinement = result.refinement;
+  row.refinement = std::move(result.refinement);
   const auto run = [&](Column column, const NonlinearModel& model) {
     ScoredRun scored =
         run_and_score(model, result.scaling, records.validation, records.clean, config.initial_state_samples);
@@ -167,11 +168,11 @@ void compute_main(const ReproduceConfig& config, const Records& records, Realisa
     runs[1] = run(Column::nonlinear, result.passes[static_cast<std::size_t>(result.best)].model);
     runs[2] = run(Column::refined, result.model);
     ColumnScore& refined = row.columns[static_cast<std::size_t>(Column::refined)];
-    const Status outcome = result.refinement.status;
+    const Status outcome = row.refinement.solution.status;
     if (config.pipeline.refine_iterations == 0)
       refined = failed_score(Status::failed, "refine_iterations is 0");
     else if (outcome != Status::ok && outcome != Status::iteration_limit)
-      refined = failed_score(outcome, "refinement: " + result.refinement.message);
+      refined = failed_score(outcome, "refinement: " + row.refinement.solution.message);
     const Vector Dt = result.scaling.y.asDiagonal() * result.model.Dt.leftCols(1);
     row.direct_ratio = Dt(config.car.sensors[1]) / Dt(config.car.sensors[2]);
     row.spring_r2 =
@@ -193,18 +194,23 @@ void compute_main(const ReproduceConfig& config, const Records& records, Realisa
 }  // namespace
 
 RealisationRow compute_realisation(const ReproduceConfig& config, Index realisation) {
-  const auto start = std::chrono::steady_clock::now();
   RealisationRow row;
   row.realisation = realisation;
   row.direct_ratio = row.spring_r2 = std::numeric_limits<double>::quiet_NaN();
   row.columns.fill(failed_score(Status::failed, "not reached"));
+  auto start = std::chrono::steady_clock::now();
+  const auto lap = [&start] {
+    const auto before = std::exchange(start, std::chrono::steady_clock::now());
+    return std::chrono::duration<double>(start - before).count();
+  };
   Records records;
   if (make_records(config, row, records)) {
     row.beyond = beyond_training(config, records);
     compute_main(config, records, row);
+    row.seconds = lap();
     compute_as_printed(config, records, row);
+    row.as_printed_seconds = lap();
   }
-  row.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return row;
 }
 

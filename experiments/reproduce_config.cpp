@@ -89,6 +89,7 @@ ReproduceConfig read_reproduce_config(const ReproduceRequest& request) {
   const JsonCursor cursor =
       JsonCursor::load(request.config.empty() ? home() / "experiments" / "configs" / "paper.json" : request.config);
   ReproduceConfig config;
+  config.preset = request.config.empty();
   const JsonCursor plant = cursor.at("plant");
   config.plant = plant.is_string() ? load_plant(plant.directory() / plant.string()) : parse_plant(plant);
   config.car = find_quarter_car(config.plant, plant);

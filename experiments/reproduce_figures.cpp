@@ -13,6 +13,8 @@ namespace {
 constexpr double length_s = 1, fails_s = 0.4, does_well_s = 0.3, step_s = 0.05;
 // Stretches in which the car hardly moves say nothing: every signal must reach half of its RMS in both.
 constexpr double least_level = 0.5;
+// Half of the signal missed is failure enough; below that the end of the second decides.
+constexpr double fails_vaf = 50;
 
 }  // namespace
 
@@ -25,7 +27,7 @@ Segment find_segment(const std::array<Matrix, 3>& lines, double sample_time_s) {
   std::array<double, 3> level{};
   for (std::size_t s = 0; s < 3; ++s) level[s] = rms(lines[s].topRows(1))(0);
   for (Index first = 0; first + length <= total; first += step) {
-    double fails = 0, does_well = 100;
+    double fails = fails_vaf, does_well = 100;  // all three figures must show both
     bool moves = true;
     for (std::size_t s = 0; s < 3; ++s) {
       const auto part = [&](Index from, Index count) {
@@ -33,11 +35,10 @@ Segment find_segment(const std::array<Matrix, 3>& lines, double sample_time_s) {
         moves = moves && rms(both.topRows(1))(0) >= least_level * level[s];
         return vaf_percent(both.topRows(1), both.bottomRows(1))(0);
       };
-      fails += part(first, start) / 3;
-      does_well = std::min(does_well, part(first + length - end, end));  // all three figures must show it
+      fails = std::max(fails, part(first, start));
+      does_well = std::min(does_well, part(first + length - end, end));
     }
-    // Below zero "fails completely" does not become truer: the end then decides.
-    const double contrast = does_well - std::max(fails, 0.0);
+    const double contrast = does_well - fails;
     if (moves && contrast > best.contrast) {
       best.contrast = contrast;
       best.first = first;
@@ -49,15 +50,9 @@ Segment find_segment(const std::array<Matrix, 3>& lines, double sample_time_s) {
 }
 
 Json figures_json(const ReproduceConfig& config, const std::vector<RealisationRow>& rows) {
-  // A record inside the training range stands for the method; only if there is none, any that has a segment.
   const RealisationRow* chosen = nullptr;
-  for (const bool inside : {true, false}) {
-    for (const RealisationRow& row : rows) {
-      const bool fits = row.segment.contrast > 0 && (!inside || row.beyond.samples == 0);
-      if (fits && (!chosen || row.segment.contrast > chosen->segment.contrast)) chosen = &row;
-    }
-    if (chosen) break;
-  }
+  for (const RealisationRow& row : rows)
+    if (row.segment.contrast > 0 && (!chosen || row.segment.contrast > chosen->segment.contrast)) chosen = &row;
   if (!chosen) return {};
   const double T = 1 / config.sampling_hz;
   // Decimal fractions of a second read better than their binary neighbours.

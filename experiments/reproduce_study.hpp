@@ -50,6 +50,7 @@ struct ReproduceConfig {
   Index realisations = 20;
   Index seed = 1;
   std::optional<double> snr_db;
+  bool preset = false;  ///< read from the preset, whose choices notes() can explain
   Index initial_state_samples = 100;
   PieceSet pieces, printed_pieces;
   PipelineOptions pipeline, printed_pipeline;
@@ -75,8 +76,8 @@ struct Beyond {
 
 /// One second in which the linear model first fails and then does well.
 struct Segment {
-  double contrast = -1;         ///< mean VAF at the end minus mean VAF at the start; negative: none found
-  Index first = 0;              ///< sample of the validation record
+  double contrast = -1;  ///< least VAF of the three at the end minus the largest at the start; negative: none found
+  Index first = 0;       ///< sample of the validation record
   std::array<Matrix, 3> lines;  ///< 4 x samples a signal: measured, linear, nonlinear, refined
 };
 
@@ -91,12 +92,14 @@ struct RealisationRow {
   Index agreeing_starts = 0;
   std::vector<Pass> passes;  ///< without their models
   Index best_pass = -1;
-  Solution refinement;
+  Refinements refinement;
   Beyond beyond;
   double direct_ratio = 0;  ///< of the refined model's Dt, chassis over axle, in physical units
   double spring_r2 = 0;     ///< nonlinear part of f against that of the true suspension force
   Segment segment;
-  double seconds = 0;  ///< for timing.json alone
+  // For timing.json alone:
+  double seconds = 0;             ///< generate, identify, refine, score
+  double as_printed_seconds = 0;  ///< the column beside them
 };
 
 RealisationRow compute_realisation(const ReproduceConfig& config, Index realisation);

@@ -49,10 +49,7 @@ Json row_json(const ReproduceConfig& config, const RealisationRow& row) {
          {"message", pass.message},
          {"map_residual", pass.map_residual},
          {"training_vaf_percent", std::vector<double>(pass.training_vaf.begin(), pass.training_vaf.end())}});
-  out["refinement"] = {{"status", std::string(to_string(row.refinement.status))},
-                       {"message", row.refinement.message},
-                       {"iterations", row.refinement.iterations},
-                       {"cost", row.refinement.cost}};
+  out["refinement"] = to_json(row.refinement);
   for (std::size_t c = 0; c < kColumns; ++c) {
     const ColumnScore& column = row.columns[c];
     Json entry = {{"status", std::string(to_string(column.status))},
@@ -99,7 +96,8 @@ Statistics noise_statistics(const std::vector<RealisationRow>& rows, std::size_t
 Json notes(const ReproduceConfig& config) {
   Json list = Json::array();
   const auto note = [&](const char* what, std::string chosen, const char* why) {
-    list.push_back({{"what", what}, {"chosen", std::move(chosen)}, {"why", why}});
+    list.push_back(
+        {{"what", what}, {"chosen", std::move(chosen)}, {"why", config.preset ? why : "as the config says"}});
   };
   std::string parameters;
   for (const PlantParameter& parameter : plant_parameters(config.plant))
@@ -134,7 +132,7 @@ Json notes(const ReproduceConfig& config) {
   note(
       "Model order",
       config.pipeline.order > 0 ? fmt::format("{}", config.pipeline.order) : "read from the gap of the singular values",
-      "the paper gives only the bound s");
+      "two masses have four states; the paper gives only the bound s");
   return list;
 }
 

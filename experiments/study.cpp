@@ -47,6 +47,14 @@ PipelineOptions read_pipeline(const JsonCursor& config, PipelineOptions defaults
   return options;
 }
 
+Json to_json(const Refinements& refinement) {
+  return {{"status", std::string(to_string(refinement.solution.status))},
+          {"message", refinement.solution.message},
+          {"iterations", refinement.solution.iterations},
+          {"cost", refinement.solution.cost},
+          {"round_costs", refinement.round_costs}};
+}
+
 NonlinearModel without_map(const LinearModel& model) {
   return {model, Matrix(model.order(), 0), Matrix(model.output_count(), 0), nullptr};
 }

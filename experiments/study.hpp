@@ -25,6 +25,9 @@ PieceSet read_pieces(const JsonCursor& config, const PieceSet* base = nullptr);
 /// The optional member `pipeline` of a config over the given defaults.
 PipelineOptions read_pipeline(const JsonCursor& config, PipelineOptions defaults = {});
 
+/// `{"status", "message", "iterations", "cost", "round_costs": [...]}`; a failed round is null.
+Json to_json(const Refinements& refinement);
+
 /// A linear model as a nonlinear one without a map.
 NonlinearModel without_map(const LinearModel& model);
 

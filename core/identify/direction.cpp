@@ -44,27 +44,44 @@ class DirectionProblem final : public ResidualProblem {
  private:
   bool evaluate(ConstVectorRef theta, VectorRef r, MatrixRef* J) const {
     const Matrix directions = theta.reshaped(rows_, q_);
-    ComplexMatrix G(p_, q_), PM(p_, rows_);
-    ComplexVector f(q_), rest(p_);
-    for (Index k = 0; k < z_.cols(); ++k) {
+    ComplexMatrix Q(p_, q_), R(q_, q_), PM(p_, rows_), QM(q_, rows_);
+    ComplexVector f(q_), Qz(q_), rest(p_);
+    for (Index k = 0; k < z_.cols(); ++k) {  // thousands of p x q problems: nothing may allocate in here
       const ComplexMatrix& M = M_[static_cast<std::size_t>(k)];
-      G.noalias() = M * directions;
-      const ThinQr qr = thin_qr(G);
-      const ComplexVector Qz = qr.Q.adjoint() * z_.col(k);
+      Q.noalias() = M.lazyProduct(directions);
+      orthonormalise(Q, R);
+      Qz.noalias() = Q.adjoint().lazyProduct(z_.col(k));
       rest = z_.col(k);
-      rest.noalias() -= qr.Q * Qz;
+      rest.noalias() -= Q.lazyProduct(Qz);
       r.segment(2 * p_ * k, p_) = rest.real();
       r.segment(2 * p_ * k + p_, p_) = rest.imag();
       if (J == nullptr) continue;
+      QM.noalias() = Q.adjoint().lazyProduct(M);
       PM = M;  // (I - G G^+) M
-      PM.noalias() -= qr.Q * (qr.Q.adjoint() * M);
-      f = qr.R.triangularView<Eigen::Upper>().solve(Qz);
+      PM.noalias() -= Q.lazyProduct(QM);
+      f = Qz;
+      R.triangularView<Eigen::Upper>().solveInPlace(f);
       for (Index j = 0; j < q_; ++j) {
         J->block(2 * p_ * k, j * rows_, p_, rows_) = -(PM * f(j)).real();
         J->block(2 * p_ * k + p_, j * rows_, p_, rows_) = -(PM * f(j)).imag();
       }
     }
     return r.allFinite();
+  }
+
+  /// Q R = G in place, by modified Gram-Schmidt done twice (Bjorck 1967).
+  static void orthonormalise(ComplexMatrix& Q, ComplexMatrix& R) {
+    R.setZero();
+    for (Index j = 0; j < Q.cols(); ++j) {
+      for (int sweep = 0; sweep < 2; ++sweep)
+        for (Index i = 0; i < j; ++i) {
+          const std::complex<double> common = Q.col(i).dot(Q.col(j));
+          R(i, j) += common;
+          Q.col(j) -= common * Q.col(i);
+        }
+      R(j, j) = Q.col(j).norm();
+      Q.col(j) /= R(j, j);
+    }
   }
 
   Index n_, p_, q_, rows_;

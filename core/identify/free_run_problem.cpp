@@ -1,12 +1,17 @@
 #include "core/identify/free_run_problem.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/identify/input_matrices.hpp"
+#include "core/identify/prior.hpp"
 
 namespace wheelhop {
 namespace {
+
+constexpr Index kStage = 5;  // iterations before the prior is weighed again
 
 class FreeRunProblem final : public ResidualProblem {
  public:
@@ -55,13 +60,19 @@ class FreeRunProblem final : public ResidualProblem {
     const Index p = y_.rows();
     Matrix error, weighted;
     bool finite = true;
+    const bool unweighted = (weight_.array() == 1).all();
     const bool inside = free_run_sensitivities(model, u_, x0, [&](Index first, ConstMatrixRef y, ConstMatrixRef J) {
       const Index drop = std::min(std::max<Index>(skip_ - first, 0), y.cols()), count = y.cols() - drop;
       if (count == 0) return;
       error = weight_.asDiagonal() * (y.rightCols(count) - y_.middleCols(first + drop, count));
-      weighted.noalias() = J.rightCols(p * count) * weight_.replicate(count, 1).asDiagonal();
       finite = finite && all_finite(error);
-      receive(p * (first + drop - skip_), error, weighted);
+      const Index row = p * (first + drop - skip_);
+      if (unweighted) {  // signals scaled beforehand: no copy of the largest matrix there is
+        receive(row, error, J.rightCols(p * count));
+        return;
+      }
+      weighted.noalias() = J.rightCols(p * count) * weight_.replicate(count, 1).asDiagonal();
+      receive(row, error, weighted);
     });
     return inside && finite;
   }
@@ -82,8 +93,25 @@ std::unique_ptr<ResidualProblem> free_run_problem(const NonlinearModel& model, C
 Refinement refine(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y,
                   ConstVectorRef weight_std, Index skip, const Solver& solver, Index iterations) {
   const FreeRunProblem problem(model, u, y, weight_std, skip);
-  Refinement result{solver.minimise(problem, pack(model, x0), iterations), model, x0};
-  if (result.solution.status != Status::outside_domain) unpack(result.solution.theta, result.model, result.x0);
+  Vector precision = Vector::Zero(problem.parameters());
+  if (model.map) precision.segment(layout_of(model).theta(), model.map->parameters()) = model.map->precision();
+  Refinement result{{}, model, x0};
+  Solution& solution = result.solution;
+  solution.theta = pack(model, x0);
+  // A prior weighs against the residual's variance, which falls: while it halves, the stages are short.
+  double variance = residual_variance(problem, solution.theta);
+  bool halved = true, more = true;
+  while (more) {
+    const auto with_weights = with_prior(problem, Vector::Zero(precision.size()), variance * precision);
+    const Index done = solution.iterations, left = iterations - done;
+    solution = solver.minimise(*with_weights, solution.theta, halved ? std::min(kStage, left) : left);
+    solution.iterations += done;
+    const double before = std::exchange(variance, residual_variance(problem, solution.theta));
+    more = solution.status != Status::outside_domain && solution.iterations < iterations &&
+           (halved || variance < 0.5 * before);
+    halved = variance < 0.5 * before;
+  }
+  if (solution.status != Status::outside_domain) unpack(solution.theta, result.model, result.x0);
   return result;
 }
 

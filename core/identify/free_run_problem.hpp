@@ -21,7 +21,7 @@ struct Refinement {
   Vector x0;
 };
 
-/// Minimises the free-run error from `model`, x0.
+/// Minimises the free-run error from `model`, x0, under the prior of the map (StaticMap::precision).
 Refinement refine(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y,
                   ConstVectorRef weight_std, Index skip, const Solver& solver, Index iterations);
 

@@ -1,18 +1,31 @@
 #include "core/identify/map_fit.hpp"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 namespace wheelhop {
 namespace {
 
-/// Every `step`-th column, at most `limit` of them.
-Matrix thinned(ConstMatrixRef M, Index limit) {
-  const Index step = std::max<Index>(1, (M.cols() + limit - 1) / limit), count = (M.cols() + step - 1) / step;
-  Matrix out(M.rows(), count);
-  for (Index k = 0; k < count; ++k) out.col(k) = M.col(k * step);
-  return out;
+/// Which samples a fit reads: every k-th, and the `limit` / 4 whose f is largest. A hardening element bends in its rare
+/// extremes, which even spacing would thin out with the rest.
+std::vector<Index> chosen_samples(ConstMatrixRef f, Index limit) {
+  const Index N = f.cols();
+  std::vector<Index> chosen(static_cast<std::size_t>(N));
+  std::iota(chosen.begin(), chosen.end(), Index{0});
+  if (N <= limit) return chosen;
+  const Vector size = f.colwise().squaredNorm();
+  const Index extremes = limit / 4, step = (N + limit - extremes - 1) / (limit - extremes);
+  const auto last = chosen.begin() + extremes;
+  std::nth_element(chosen.begin(), last, chosen.end(),
+                   [&](Index a, Index b) { return size(a) > size(b) || (size(a) == size(b) && a < b); });
+  chosen.erase(last, chosen.end());
+  for (Index k = 0; k < N; k += step) chosen.push_back(k);
+  std::sort(chosen.begin(), chosen.end());
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+  return chosen;
 }
 
 class MapProblem final : public ResidualProblem {
@@ -28,6 +41,18 @@ class MapProblem final : public ResidualProblem {
     const Eigen::HouseholderQR<Matrix> qr(columns);
     r = rest(qr, columns.cols(), f_).reshaped();
     return r.allFinite();
+  }
+
+  /// From the triangle of the QR of [regressors f]; a trial step needs no residual.
+  bool cost(ConstVectorRef alpha, double& cost) const override {
+    const Index width = map_->features() + 1 + xi_.rows(), q = f_.cols();
+    if (f_.rows() < width + q) return ResidualProblem::cost(alpha, cost);
+    Matrix both(f_.rows(), width + q);
+    both << regressors(alpha), f_;
+    const Eigen::HouseholderQR<Matrix> qr(both);
+    const Matrix R = qr.matrixQR().block(width, width, q, q).triangularView<Eigen::Upper>();
+    cost = 0.5 * R.squaredNorm();
+    return std::isfinite(cost);
   }
 
   bool jacobian(ConstVectorRef alpha, VectorRef r, MatrixRef J) const override {
@@ -80,24 +105,16 @@ class MapProblem final : public ResidualProblem {
   };
 
   Slopes slopes(ConstVectorRef alpha) const {
-    const Index N = xi_.cols(), h = map_->features(), inner = parameters(), q = f_.cols();
+    const Index N = xi_.cols(), h = map_->features(), q = f_.cols();
     const Matrix columns = regressors(alpha);
     const Eigen::ColPivHouseholderQR<Matrix> qr(columns);
     const Matrix weights = qr.solve(f_);  // (h + 1 + d) x q
     Slopes at;
     at.Q = qr.householderQ() * Matrix::Identity(N, columns.cols());
     at.r = f_ - at.Q * (at.Q.transpose() * f_);
-    at.change.assign(static_cast<std::size_t>(q), Matrix(N, inner));
-    Vector phi(h), w(h), dxi(xi_.rows());
-    Matrix transposed(inner, N);
-    for (Index i = 0; i < q; ++i) {
-      w = -weights.col(i).head(h);
-      for (Index k = 0; k < N; ++k) {
-        phi = columns.row(k).head(h);
-        map_->slopes(xi_.col(k).data(), phi.data(), w.data(), dxi.data(), transposed.col(k).data());
-      }
-      at.change[static_cast<std::size_t>(i)] = transposed.transpose();
-    }
+    at.change.reserve(static_cast<std::size_t>(q));
+    for (Index i = 0; i < q; ++i)
+      at.change.push_back(map_->alpha_slopes(xi_, columns.leftCols(h), -weights.col(i).head(h)));
     return at;
   }
 
@@ -106,11 +123,7 @@ class MapProblem final : public ResidualProblem {
     map_->alpha = alpha;
     const Index N = xi_.cols(), h = map_->features(), d = xi_.rows();
     Matrix columns(N, h + 1 + d);
-    Vector phi(h);
-    for (Index k = 0; k < N; ++k) {
-      map_->basis(xi_.col(k).data(), phi.data());
-      columns.row(k).head(h) = phi;
-    }
+    columns.leftCols(h) = map_->basis_of(xi_);
     columns.col(h).setOnes();
     columns.rightCols(d) = xi_.transpose();
     return columns;
@@ -139,7 +152,8 @@ MapFit fit_static_map(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrix
                       const Solver& solver, Random& random) {
   MapFit best;
   best.residual = std::numeric_limits<double>::infinity();
-  const MapProblem problem(prototype, thinned(xi, options.samples), thinned(f, options.samples));
+  const std::vector<Index> chosen = chosen_samples(f, options.samples);
+  const MapProblem problem(prototype, xi(Eigen::all, chosen), f(Eigen::all, chosen));
   for (Index start = 0; start < options.starts; ++start) {
     std::unique_ptr<StaticMap> map = prototype.clone();
     map->initialise(random);

@@ -14,7 +14,7 @@ namespace wheelhop {
 struct MapFitOptions {
   Index starts = 3;
   Index iterations = 60;
-  Index samples = 3000;  ///< at most so many, evenly spaced: the map is low-dimensional, the record is not
+  Index samples = 3000;  ///< at most so many: the map is low-dimensional, the record is not
 };
 
 struct MapFit {

@@ -212,6 +212,55 @@ void keep_best(PipelineResult& result) {
   if (result.status != Status::ok) result.message = "the free run of every pass diverged on the training record";
 }
 
+/// Steps 3 and 4 once more from a refined model. The refinement is local and the map has many minima; the linear part
+/// of a refined model is by then good enough for the inversion to hand a fresh map a far better f.
+bool fit_map_anew(const Run& run, const NonlinearModel& refined, const Vector& x0, Pass& pass) {
+  const Vector left = rms(run.y - free_run(refined, run.u, x0).y);
+  Extended system{refined.linear, refined.Bt, refined.Dt, x0};
+  // Most of what is left is the map's error, which f explains; a third stands for the rest.
+  const Trajectory along = reconstruct(run, system, left / 3, pass);
+  if (pass.status == Status::ok) fit_map(run, system, along, 1, pass);
+  return pass.status == Status::ok;
+}
+
+bool usable(const Solution& solution) {
+  return solution.status == Status::ok || solution.status == Status::iteration_limit;
+}
+
+/// The joint refinement of result.model, x0 (Sec. 2.6), in rounds against local minima of the map.
+void refine_in_rounds(const Run& run, Index skip, PipelineResult& result) {
+  const Vector weight_std = Vector::Ones(run.y.rows());
+  const auto refined_from = [&](const NonlinearModel& model, const Vector& x0, Index iterations) {
+    return refine(model, x0, run.u, run.y, weight_std, skip, run.pieces.solver, iterations);
+  };
+  const auto keep = [&](const Refinement& refined) {
+    result.model = refined.model;
+    result.x0 = refined.x0;
+  };
+  double best = std::numeric_limits<double>::infinity();
+  const auto short_refinement = [&](const NonlinearModel& model, const Vector& x0) {
+    const Refinement refined = refined_from(model, x0, run.options.round_iterations);
+    const bool better = usable(refined.solution) && refined.solution.cost < best;
+    result.refinement.round_costs.push_back(usable(refined.solution) ? refined.solution.cost
+                                                                     : std::numeric_limits<double>::infinity());
+    if (!better) return;
+    best = refined.solution.cost;
+    keep(refined);
+  };
+  if (run.options.refine_rounds > 0) short_refinement(result.model, result.x0);
+  Index idle = 0;  // rounds in a row that brought less than half a percent
+  for (Index round = 0; round < run.options.refine_rounds && idle < 3; ++round) {
+    const double before = best;
+    Pass pass;
+    if (!fit_map_anew(run, result.model, result.x0, pass)) break;
+    short_refinement(pass.model, pass.x0);
+    idle = best < 0.995 * before ? 0 : idle + 1;
+  }
+  const Refinement last = refined_from(result.model, result.x0, run.options.refine_iterations);
+  result.refinement.solution = last.solution;
+  if (usable(last.solution)) keep(last);
+}
+
 }  // namespace
 
 PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time_s, const PipelineOptions& options,
@@ -240,14 +289,8 @@ PipelineResult run_pipeline(const Signal& data, const PipelineOptions& options, 
   const Matrix u = scaling.u.cwiseInverse().asDiagonal() * data.u, y = scaling.y.cwiseInverse().asDiagonal() * data.y;
   PipelineResult result = run_passes(u, y, data.sample_time_s, options, pieces, random);
   result.scaling = std::move(scaling);
-  if (result.status != Status::ok || options.refine_iterations == 0) return result;
-  const Refinement refined = refine(result.model, result.x0, u, y, Vector::Ones(y.rows()), data.skip, pieces.solver,
-                                    options.refine_iterations);
-  result.refinement = refined.solution;
-  if (refined.solution.status == Status::ok || refined.solution.status == Status::iteration_limit) {
-    result.model = refined.model;
-    result.x0 = refined.x0;
-  }
+  if (result.status == Status::ok && options.refine_iterations > 0)
+    refine_in_rounds({u, y, data.sample_time_s, options, pieces, random}, data.skip, result);
   return result;
 }
 

@@ -24,6 +24,8 @@ struct PipelineOptions {
   Index passes = 3;
   Index map_starts = 3;
   Index map_iterations = 60;
+  Index refine_rounds = 4;
+  Index round_iterations = 8;
   Index refine_iterations = 100;
   template <class V>
   void fields(V&& visit) {
@@ -36,6 +38,9 @@ struct PipelineOptions {
     visit("passes", passes, Range{1, 20}, "-", "rounds of steps 3 to 5; the best by training free run is kept");
     visit("map_starts", map_starts, Range{1, 50}, "-", "random starts of the static map in the first pass");
     visit("map_iterations", map_iterations, Range{1, 1000}, "-", "cap on the map's iterations a start");
+    visit("refine_rounds", refine_rounds, Range{0, 50}, "-",
+          "times at most the map is fitted anew from the refined linear part, against its local minima");
+    visit("round_iterations", round_iterations, Range{1, 1000}, "-", "joint refinement before each of these rounds");
     visit("refine_iterations", refine_iterations, Range{0, 10000}, "-", "cap on the joint refinement; 0: none");
   }
 };
@@ -66,6 +71,12 @@ struct Pass {
   double score = 0;     ///< mean of training_vaf, -infinity if the free run diverged
 };
 
+/// The joint refinement: `rounds` short ones from maps fitted anew, then a long one from the best of them.
+struct Refinements {
+  std::vector<double> round_costs;  ///< 1/2 ||r||^2 after each short one; infinity where it failed
+  Solution solution;                ///< of the last one; iterations 0 if no refinement was asked for
+};
+
 struct PipelineResult {
   Status status = Status::failed;  ///< that of the whole; failures of single passes stand in `passes`
   std::string message;
@@ -76,7 +87,7 @@ struct PipelineResult {
   Index best = -1;           ///< index of the best pass
   NonlinearModel model;      ///< of the best pass, refined if asked
   Vector x0;
-  Solution refinement;  ///< iterations 0 if not asked for
+  Refinements refinement;
 };
 
 /// @param data training record   @param random supplies the initial guesses

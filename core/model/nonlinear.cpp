@@ -17,6 +17,22 @@ void StaticMap::set_theta(ConstVectorRef theta) {
   b = theta.tail(b.size());
 }
 
+Matrix StaticMap::basis_of(ConstMatrixRef xi) const {
+  Matrix phi(features(), xi.cols());
+  for (Index k = 0; k < xi.cols(); ++k) basis(xi.col(k).data(), phi.col(k).data());
+  return phi.transpose();
+}
+
+Matrix StaticMap::alpha_slopes(ConstMatrixRef xi, ConstMatrixRef phi, ConstVectorRef w) const {
+  Matrix slopes_of_point(inner_parameters(), xi.cols());
+  Vector here(features()), weights = w, dxi(inputs());
+  for (Index k = 0; k < xi.cols(); ++k) {
+    here = phi.row(k);
+    slopes(xi.col(k).data(), here.data(), weights.data(), dxi.data(), slopes_of_point.col(k).data());
+  }
+  return slopes_of_point.transpose();
+}
+
 void StaticMap::value(const double* xi, double* f, double* phi_scratch) const {
   basis(xi, phi_scratch);
   for (Index i = 0; i < outputs(); ++i) {

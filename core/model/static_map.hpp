@@ -29,12 +29,21 @@ class StaticMap {
   /// Draws a fresh alpha. The inputs xi are expected centred near zero with unit variance.
   virtual void initialise(Random& random) = 0;
 
+  /// 1 / variance of a prior on theta() around zero, for a map of unit-variance inputs and outputs; 0: none.
+  virtual Vector precision() const { return Vector::Zero(parameters()); }
+
   /// phi(xi). @param xi d values   @param phi h values out
   virtual void basis(const double* xi, double* phi) const = 0;
 
   /// Gradients of w'phi, given phi = phi(xi). Asked for by weights because no caller needs h separate Jacobians.
   /// @param w h   @param dxi d values out   @param dalpha (number of alpha) values out
   virtual void slopes(const double* xi, const double* phi, const double* w, double* dxi, double* dalpha) const = 0;
+
+  /// phi of many points at once, N x h; a family overrides it where that is faster than point by point.
+  /// @param xi d x N
+  virtual Matrix basis_of(ConstMatrixRef xi) const;
+  /// d(w'phi)/dalpha of many points, N x (number of alpha). @param phi N x h, basis_of(xi)   @param w h
+  virtual Matrix alpha_slopes(ConstMatrixRef xi, ConstMatrixRef phi, ConstVectorRef w) const;
 
   /// Options and parameters as they stand in a model file.
   virtual Json to_json() const = 0;

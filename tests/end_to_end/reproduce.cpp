@@ -1,7 +1,9 @@
 // `reproduce` on short records: the same bytes whatever the number of jobs, complete files, figures that may be absent.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <functional>
+#include <limits>
 
 #include "tests/support/program.hpp"
 
@@ -65,6 +67,15 @@ TEST_CASE("a second run, with another number of jobs, writes the same table byte
   }
   CHECK(json.at("physics").at("direct_term_ratio").at("median").get<double>() == Approx(-40.0 / 300).epsilon(0.1));
   CHECK(json.at("per_realisation").size() == 2);
+  for (const Json& row : json.at("per_realisation")) {
+    const Json& refinement = row.at("refinement");
+    double best = std::numeric_limits<double>::infinity();
+    for (const Json& cost : refinement.at("round_costs"))
+      if (cost.is_number()) best = std::min(best, cost.get<double>());
+    CHECK(refinement.at("round_costs").size() >= 3);  // two rounds without gain at the earliest
+    CHECK(refinement.at("cost").get<double>() <= 1.001 * best);
+    CHECK(best < refinement.at("round_costs").at(0).get<double>());  // a map fitted anew does better
+  }
   CHECK(json.at("config").at("estimation_s") == 40);
   CHECK(json.at("notes").size() >= 5);
   CHECK(table.find("seconds") == std::string::npos);

@@ -152,6 +152,12 @@ TEST_CASE("the gradient of the static map's variable projection is that of its c
     const auto problem = map_problem(*map, xi, f);
     REQUIRE(problem->parameters() == 8);
     check_gradient(*problem, map->alpha);
+    // cost() reads the triangle of a QR alone, residual() projects: two ways to one number.
+    Vector r(problem->residuals());
+    double cost = 0;
+    REQUIRE(problem->residual(map->alpha, r));
+    REQUIRE(problem->cost(map->alpha, cost));
+    CHECK(cost == Approx(0.5 * r.squaredNorm()).epsilon(1e-10));
   }
 }
 

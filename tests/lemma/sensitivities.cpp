@@ -55,8 +55,6 @@ Vector response(const Case& c, const Vector& theta) {
   return run.y.reshaped();
 }
 
-double relative_difference(const Matrix& a, const Matrix& b) { return (a - b).norm() / std::max(b.norm(), 1e-300); }
-
 }  // namespace
 
 TEST_CASE("the free-run sensitivities equal central differences for every block of parameters") {

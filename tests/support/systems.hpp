@@ -65,4 +65,9 @@ Vector central_differences(const Function& value, const Vector& at, double step 
   return gradient;
 }
 
+/// |a - b| / |b|.
+inline double relative_difference(const Matrix& a, const Matrix& b) {
+  return (a - b).norm() / std::max(b.norm(), 1e-300);
+}
+
 }  // namespace wheelhop::test
