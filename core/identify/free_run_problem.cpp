@@ -11,7 +11,7 @@
 namespace wheelhop {
 namespace {
 
-constexpr Index kStage = 5;  // iterations before the prior is weighed again
+constexpr Index kStage = 8;  // iterations before the prior is weighed again
 
 class FreeRunProblem final : public ResidualProblem {
  public:
