@@ -8,8 +8,8 @@
 namespace {
 
 /// From the bottom up; a folder may include itself and what stands before it.
-const std::vector<std::string> kLayers = {"core/base/",    "core/data/",     "core/plant/", "core/model/",
-                                          "core/kernels/", "core/identify/", "variants/",   "experiments/"};
+const std::vector<std::string> kLayers = {"core/base/",     "core/data/", "core/plant/", "core/model/", "core/kernels/",
+                                          "core/identify/", "core/gap/",  "variants/",   "experiments/"};
 
 /// Position of a path in kLayers, -1 for none.
 int layer_of(const std::string& path) {

@@ -1,0 +1,141 @@
+#include "core/gap/noise_floor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/status.hpp"
+#include "core/data/metrics.hpp"
+#include "core/data/spectra.hpp"
+
+namespace wheelhop {
+namespace {
+
+constexpr double kSameDrive = 0.05;  // repeats whose measured inputs differ by more are repeats of something else
+
+using Group = std::vector<const Record*>;
+
+/// Records by role and `repeat_of`, in the order of the file.
+std::vector<Group> groups_of(const RecordSet& set) {
+  std::vector<Group> groups;
+  for (const Record& record : set.records) {
+    const auto same = [&](const Group& group) {
+      return !record.repeat_of.empty() && group.front()->repeat_of == record.repeat_of &&
+             group.front()->role == record.role;
+    };
+    const auto found = std::find_if(groups.begin(), groups.end(), same);
+    if (found == groups.end())
+      groups.push_back({&record});
+    else
+      found->push_back(&record);
+  }
+  return groups;
+}
+
+Matrix mean_outputs(const Group& group) {
+  Matrix mean = group.front()->signal.y;
+  for (std::size_t r = 1; r < group.size(); ++r) mean += group[r]->signal.y;
+  return mean / static_cast<double>(group.size());
+}
+
+void check_repeats(const Group& group) {
+  const Record& first = *group.front();
+  for (const Record* other : group) {
+    if (other->signal.samples() != first.signal.samples())
+      throw UserError(fmt::format("{}: expected {} samples as in {}, whose drive \"{}\" it repeats, found {}",
+                                  other->file, first.signal.samples(), first.file, first.repeat_of,
+                                  other->signal.samples()));
+    const Vector level = rms(first.signal.u), difference = rms(other->signal.u - first.signal.u);
+    for (Index i = 0; i < level.size(); ++i)
+      if (difference(i) > kSameDrive * level(i))
+        throw UserError(fmt::format(
+            "{}: input \"{}\" differs from that of {} by {:.1f} % (RMS): they are not repeats of one drive \"{}\"",
+            other->file, first.signal.inputs[static_cast<std::size_t>(i)].name, first.file,
+            100 * difference(i) / level(i), first.repeat_of));
+  }
+}
+
+/// White level that the median line of the upper fifth of the band tells.
+Vector quiet_end(ConstMatrixRef y) {
+  const ComplexMatrix spectrum = hann_spectrum(y);
+  const Index lines = spectrum.cols(), first = lines - std::max<Index>(lines / 5, 1);
+  Vector std(y.rows());
+  for (Index i = 0; i < y.rows(); ++i) {
+    std::vector<double> power;
+    for (Index k = first; k < lines; ++k) power.push_back(std::norm(spectrum(i, k)));
+    const auto middle = power.begin() + static_cast<std::ptrdiff_t>(power.size() / 2);
+    std::nth_element(power.begin(), middle, power.end());
+    // White noise of variance s^2 under this window: |X|^2 is exponential with mean 6 s^2 / N, median ln 2 of it.
+    std(i) = std::sqrt(*middle / std::log(2.0) * static_cast<double>(y.cols()) / 6);
+  }
+  return std;
+}
+
+}  // namespace
+
+std::string to_string(FloorSource source) {
+  switch (source) {
+    case FloorSource::repeats: return "repeats of one drive";
+    case FloorSource::noise_std: return "noise_std of the record set";
+    default: return "estimated from the quiet end of the spectrum";
+  }
+}
+
+std::vector<Measured> merge_repeats(const RecordSet& set) {
+  std::vector<Measured> merged;
+  for (const Group& group : groups_of(set)) {
+    check_repeats(group);
+    const Record& first = *group.front();
+    Measured measured{group.size() > 1 ? first.repeat_of : first.file, first.role, first.signal,
+                      static_cast<Index>(group.size())};
+    measured.signal.y = mean_outputs(group);
+    for (const Record* record : group) measured.signal.skip = std::max(measured.signal.skip, record->signal.skip);
+    merged.push_back(std::move(measured));
+  }
+  return merged;
+}
+
+NoiseFloor noise_floor(const RecordSet& set) {
+  const std::vector<Channel>& outputs = set.records.front().signal.outputs;
+  const Index p = static_cast<Index>(outputs.size());
+  NoiseFloor floor;
+  Vector within = Vector::Zero(p);
+  for (const Group& group : groups_of(set)) {
+    if (group.size() < 2) continue;
+    check_repeats(group);
+    const Matrix mean = mean_outputs(group);
+    for (const Record* record : group) within += (record->signal.y - mean).rowwise().squaredNorm();
+    floor.degrees += static_cast<Index>(group.size() - 1) * mean.cols();
+  }
+  if (floor.degrees > 0) {
+    floor.source = FloorSource::repeats;
+    floor.std = (within / static_cast<double>(floor.degrees)).cwiseSqrt();
+  } else if (!set.noise_std.empty()) {
+    floor.source = FloorSource::noise_std;
+    floor.std.resize(p);
+    for (Index i = 0; i < p; ++i) {
+      const auto found = set.noise_std.find(outputs[static_cast<std::size_t>(i)].name);
+      if (found == set.noise_std.end())
+        throw UserError(fmt::format("noise_std: expected a value for every output, found none for \"{}\"",
+                                    outputs[static_cast<std::size_t>(i)].name));
+      floor.std(i) = found->second;
+    }
+  } else {
+    Vector power = Vector::Zero(p);
+    for (const Record& record : set.records) {
+      power += static_cast<double>(record.signal.samples()) * quiet_end(record.signal.y).cwiseAbs2();
+      floor.degrees += record.signal.samples();
+    }
+    floor.std = (power / static_cast<double>(floor.degrees)).cwiseSqrt();
+  }
+  for (Index i = 0; i < p; ++i)
+    if (!(floor.std(i) > 0) || !std::isfinite(floor.std(i)))
+      throw UserError(
+          fmt::format("output \"{}\": no noise floor can be told ({}): the channel is constant, or the same "
+                      "in every repeat to the last digit; give its noise_std in the record set",
+                      outputs[static_cast<std::size_t>(i)].name, to_string(floor.source)));
+  return floor;
+}
+
+}  // namespace wheelhop

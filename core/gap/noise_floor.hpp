@@ -1,0 +1,45 @@
+/// \file
+/// The noise floor of a set of records: the denominator of every statement about a gap.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/data/records.hpp"
+
+namespace wheelhop {
+
+enum class FloorSource { repeats, noise_std, estimated };
+/// "repeats of one drive", "noise_std of the record set" or "estimated from the quiet end of the spectrum".
+std::string to_string(FloorSource source);
+
+struct NoiseFloor {
+  FloorSource source = FloorSource::estimated;
+  Vector std;         ///< p, of one record, in the units of the outputs; > 0
+  Index degrees = 0;  ///< samples behind each value of std
+};
+
+/// One drive as it was measured: the mean of its repeats, or a single record.
+struct Measured {
+  std::string name;   ///< `repeat_of`, or the file
+  std::string role;   ///< "estimation" or "validation"
+  Signal signal;      ///< outputs averaged over the repeats
+  Index repeats = 1;  ///< the noise of the mean is floor / sqrt(repeats)
+};
+
+/// Groups the records of a set by role and `repeat_of` and averages each group.
+/// UserError if repeats of one drive differ in length, or in their inputs by more than 5 % (RMS over RMS).
+std::vector<Measured> merge_repeats(const RecordSet& set);
+
+/// Standard deviation of each output's noise.
+///
+/// From repeats: within-group variance sum_r sum_k (y_rk - mean_k)^2 / ((R - 1) K), pooled over groups; it holds all
+/// that does not repeat, coloured or not. Else `noise_std` of the set, which must then name every output. Else an
+/// estimate: white noise of the level seen in the upper fifth of the band, where a vehicle's response is gone; the
+/// median over lines, so that single tones do not count. Coloured noise is stronger in the band than that says.
+///
+/// UserError as merge_repeats; if `noise_std` names some outputs only; if an output is constant or the same in every
+/// repeat to the last digit, where no floor can be told.
+NoiseFloor noise_floor(const RecordSet& set);
+
+}  // namespace wheelhop

@@ -1,0 +1,62 @@
+/// \file
+/// Grey-box fits: parameters of a plant and the initial states of its records by the free run's error, under priors.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/identify/solver.hpp"
+#include "core/plant/plant.hpp"
+
+namespace wheelhop {
+
+/// A parameter of the plant that a fit moves: value = start + theta * scale.
+struct FitParameter {
+  std::string name;      ///< of plant_parameters()
+  double scale = 1;      ///< > 0, in the unit of the parameter
+  double prior_std = 0;  ///< of theta around zero; 0: none
+};
+
+/// Every mass and every law parameter with its tolerance as prior: scale = tolerance |value|, prior_std 1, so that
+/// theta is the deviation in tolerances. Parameters of value zero have no tolerance and are left out.
+std::vector<FitParameter> tolerance_parameters(const Plant& plant);
+
+/// A record made ready for thousands of simulations.
+struct FitRecord {
+  Matrix drive;       ///< m x N * ratio, at the plant's hold rate
+  Matrix y;           ///< p x N
+  Index ratio = 1;    ///< hold samples a sample
+  Index skip = 0;     ///< leading samples that are not scored
+  Vector weight_std;  ///< p, what the residual of this record is divided by; > 0
+};
+
+/// @param weight_std p, the record's noise floor (for a mean of R repeats that of one over sqrt(R))
+/// UserError as drive_of_record and hold_samples_per_record_sample.
+FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std);
+
+/// r = (yhat_k - y_k) ./ weight_std over all records. theta: the parameters in units of their scale, then the initial
+/// state [q; v] of each record in units of `state_scale`. Central differences: one pair of simulations a parameter over
+/// every record; an initial state is moved in its own record alone. Columns are shared out over the threads.
+/// Outside the domain: a simulation that fails, a mass or a parameter with a sign it cannot have.
+/// @param plant the start   @param state_scale 2n, > 0
+std::unique_ptr<ResidualProblem> plant_problem(const Plant& plant, const std::vector<FitParameter>& parameters,
+                                               const std::vector<FitRecord>& records, ConstVectorRef state_scale);
+
+struct PlantFit {
+  Solution solution;                   ///< cost includes the priors'
+  Plant plant;                         ///< with the fitted parameters
+  Vector theta;                        ///< of the parameters, in scales
+  Matrix covariance;                   ///< of theta: (J'J + prior precision)^-1, initial states marginalised
+  std::vector<Vector> initial_states;  ///< 2n a record
+  std::vector<Matrix> error;           ///< yhat - y a record, p x N, in the units of the outputs; empty if a run failed
+  double misfit = 0;                   ///< mean of r^2 over the scored samples: 1 at the floor
+};
+
+/// Minimises over parameters and initial states, from the start plant and states from rest in equilibrium, which are
+/// fitted first and alone.
+/// Status in `solution`: as the solver; outside_domain if the start plant cannot follow the drive at all.
+PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& parameters,
+                   const std::vector<FitRecord>& records, const Solver& solver, Index iterations);
+
+}  // namespace wheelhop

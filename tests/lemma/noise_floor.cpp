@@ -1,0 +1,103 @@
+// The noise floor from repeats, from the record set, and from the quiet end of the spectrum.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/data/metrics.hpp"
+#include "core/gap/noise_floor.hpp"
+#include "tests/support/systems.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+using Catch::Contains;
+
+namespace {
+
+constexpr Index kSamples = 4000;
+
+/// Two outputs in the lower tenth of the band, as a vehicle's are.
+Signal response() {
+  Signal signal;
+  signal.sample_time_s = 0.005;
+  signal.inputs = {{"road", "m"}};
+  signal.outputs = {{"travel", "m"}, {"acc", "m/s^2"}};
+  signal.u.resize(1, kSamples);
+  signal.y.resize(2, kSamples);
+  for (Index k = 0; k < kSamples; ++k) {
+    const double t = static_cast<double>(k) * signal.sample_time_s;
+    signal.u(0, k) = std::sin(7 * t);
+    signal.y(0, k) = 0.02 * std::sin(7 * t) + 0.01 * std::cos(31 * t);
+    signal.y(1, k) = 3 * std::sin(7 * t + 1) - std::sin(44 * t);
+  }
+  return signal;
+}
+
+/// `repeats` noisy records of one drive. @param colour coefficient of first-order noise
+RecordSet noisy(Index repeats, const Vector& std, double colour = 0) {
+  RecordSet set;
+  set.sampling_hz = 200;
+  Random random = numbers(501);
+  for (Index r = 0; r < repeats; ++r) {
+    Record record{"r" + std::to_string(r) + ".csv", "estimation", repeats > 1 ? "drive" : "", 0, response()};
+    Matrix noise = random.normal(2, kSamples);
+    for (Index k = 1; k < kSamples; ++k)
+      noise.col(k) = colour * noise.col(k - 1) + std::sqrt(1 - colour * colour) * noise.col(k);
+    record.signal.y += std.asDiagonal() * noise;
+    set.records.push_back(std::move(record));
+  }
+  return set;
+}
+
+const Vector kStd = (Vector(2) << 3e-4, 0.05).finished();
+
+}  // namespace
+
+TEST_CASE("repeats give the noise of one record, whatever its colour and however many repeats there are") {
+  for (const double colour : {0.0, 0.8})
+    for (const Index repeats : {2, 5}) {
+      CAPTURE(colour, repeats);
+      const NoiseFloor floor = noise_floor(noisy(repeats, kStd, colour));
+      CHECK(floor.source == FloorSource::repeats);
+      CHECK(floor.degrees == (repeats - 1) * kSamples);
+      for (Index i = 0; i < 2; ++i) CHECK(floor.std(i) == Approx(kStd(i)).epsilon(0.07));
+    }
+}
+
+TEST_CASE("the mean of R repeats keeps the response and carries the floor over sqrt(R)") {
+  RecordSet set = noisy(4, kStd);
+  Record validation{"val.csv", "validation", "", 0, response()};
+  set.records.push_back(validation);
+  const std::vector<Measured> merged = merge_repeats(set);
+  REQUIRE(merged.size() == 2);
+  CHECK(merged[0].name == "drive");
+  CHECK(merged[0].repeats == 4);
+  CHECK(merged[1].name == "val.csv");
+  CHECK(merged[1].role == "validation");
+  const Vector left = rms(merged[0].signal.y - response().y);
+  for (Index i = 0; i < 2; ++i) CHECK(left(i) == Approx(kStd(i) / 2).epsilon(0.05));
+}
+
+TEST_CASE("without repeats the floor is the record set's, and without that the level of the quiet end of the band") {
+  RecordSet set = noisy(1, kStd);
+  const NoiseFloor estimated = noise_floor(set);
+  CHECK(estimated.source == FloorSource::estimated);
+  for (Index i = 0; i < 2; ++i) CHECK(estimated.std(i) == Approx(kStd(i)).epsilon(0.1));
+  set.noise_std = {{"travel", 1e-3}, {"acc", 0.2}};
+  const NoiseFloor given = noise_floor(set);
+  CHECK(given.source == FloorSource::noise_std);
+  CHECK(given.std(0) == 1e-3);
+  CHECK(given.std(1) == 0.2);
+  set.noise_std.erase("acc");
+  CHECK_THROWS_WITH(noise_floor(set), Contains("acc"));
+}
+
+TEST_CASE("repeats of different drives or lengths, and outputs without noise, are refused with their names") {
+  RecordSet other = noisy(2, kStd);
+  other.records[1].signal.u *= 1.2;
+  CHECK_THROWS_WITH(merge_repeats(other), Contains("road") && Contains("r1.csv") && Contains("20.0 %"));
+  CHECK_THROWS_AS(noise_floor(other), UserError);
+  RecordSet shorter = noisy(2, kStd);
+  shorter.records[1].signal.u.conservativeResize(1, kSamples - 1);
+  shorter.records[1].signal.y.conservativeResize(2, kSamples - 1);
+  CHECK_THROWS_WITH(noise_floor(shorter), Contains("4000") && Contains("3999"));
+  CHECK_THROWS_WITH(noise_floor(noisy(2, Vector::Zero(2))), Contains("travel") && Contains("noise_std"));
+}

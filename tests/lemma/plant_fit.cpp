@@ -1,0 +1,135 @@
+// Grey-box fits of plants: parameters come home, priors hold what the data do not tell, the misfit is 1 at the floor.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/gap/plant_fit.hpp"
+#include "core/plant/dataset.hpp"
+#include "core/plant/road.hpp"
+#include "tests/support/plants.hpp"
+#include "tests/support/systems.hpp"
+#include "variants/solver/levenberg_marquardt.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+
+namespace {
+
+constexpr double kSamplingHz = 200;
+
+/// Noise through a slow filter, held at the plant's rate.
+Matrix some_drive(const Plant& plant, Index samples, double rms_value, Random& random) {
+  Matrix drive(plant.input_count(), samples);
+  Vector state = Vector::Zero(plant.input_count());
+  for (Index k = 0; k < samples; ++k) {
+    state = 0.98 * state + 0.2 * random.normal(plant.input_count(), 1);
+    drive.col(k) = rms_value * state;
+  }
+  return drive;
+}
+
+struct Measurement {
+  FitRecord record;
+  Matrix clean;
+};
+
+Measurement measure(const Plant& truth, double seconds, double level, double noise, std::uint64_t cell) {
+  Random random = numbers(cell);
+  const Index ratio = hold_samples_per_record_sample(truth, kSamplingHz);
+  const Index samples = static_cast<Index>(seconds * kSamplingHz);
+  Measurement result;
+  result.record.drive = some_drive(truth, samples * ratio, level, random);
+  const GeneratedRecord generated = generate_record(truth, result.record.drive, kSamplingHz);
+  REQUIRE(generated.status == Status::ok);
+  result.clean = generated.signal.y;
+  result.record.ratio = ratio;
+  result.record.weight_std = noise * (result.clean.rowwise().norm() / std::sqrt(static_cast<double>(samples)));
+  result.record.y = result.clean + result.record.weight_std.asDiagonal() * random.normal(result.clean.rows(), samples);
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("parameters moved inside their tolerances are found again, and the misfit is 1 at the noise floor") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  set_parameter(truth, "suspension.viscous_damper.damping_ns_per_m", 850 * 1.1);
+  set_parameter(truth, "tyre.linear_spring.stiffness_n_per_m", 200000 * 0.95);
+  const std::vector<FitParameter> moved = {{"suspension.viscous_damper.damping_ns_per_m", 850 * 0.15, 0},
+                                           {"tyre.linear_spring.stiffness_n_per_m", 20000, 0}};
+  const Measurement m = measure(truth, 10, 0.004, 0.01, 510);
+  const PlantFit fit = fit_plant(nominal, moved, {m.record}, *make_levenberg_marquardt({}), 20);
+  INFO(fit.solution.message);
+  REQUIRE(fit.solution.status != Status::outside_domain);
+  CHECK(fit.misfit == Approx(1).epsilon(0.05));
+  for (Index i = 0; i < 2; ++i) {
+    const FitParameter& parameter = moved[static_cast<std::size_t>(i)];
+    const double deviation = get_parameter(fit.plant, parameter.name) - get_parameter(truth, parameter.name);
+    const double std = std::sqrt(fit.covariance(i, i)) * parameter.scale;
+    CAPTURE(parameter.name, deviation, std);
+    CHECK(std::abs(deviation) < 4 * std);
+    CHECK(std < 0.1 * parameter.scale);  // the data tell, not the start
+  }
+  REQUIRE(fit.error.size() == 1);
+  const Matrix model_error = fit.error[0] + m.record.y - m.clean;
+  CHECK(model_error.norm() < 0.1 * (m.record.y - m.clean).norm());
+}
+
+TEST_CASE("a common factor of masses and forces cannot be seen: its posterior is its prior, and its sum stays put") {
+  const Plant nominal = plant_from(quarter_car_text);
+  const std::vector<FitParameter> all = tolerance_parameters(nominal);
+  const Measurement m = measure(nominal, 8, 0.003, 0.01, 511);
+  const PlantFit fit = fit_plant(nominal, all, {m.record}, *make_levenberg_marquardt({}), 10);
+  REQUIRE(fit.solution.status != Status::outside_domain);
+  // Direction in theta of one relative change of every mass, stiffness and damping; shape parameters stay.
+  Vector direction = Vector::Zero(static_cast<Index>(all.size())), precision = direction;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const bool forceful = all[i].name.find("mass_kg") != std::string::npos ||
+                          all[i].name.find("stiffness") != std::string::npos ||
+                          all[i].name.find("damping_ns") != std::string::npos;
+    if (forceful) direction(static_cast<Index>(i)) = get_parameter(nominal, all[i].name) / all[i].scale;
+  }
+  // The least variance any estimate along it can have is the prior's, 1 / |direction|^2 of the common factor.
+  const double factor_variance = direction.dot(fit.covariance * direction) / std::pow(direction.squaredNorm(), 2);
+  CHECK(factor_variance == Approx(1 / direction.squaredNorm()).epsilon(0.05));
+}
+
+TEST_CASE("the scale of a parameter is a unit: it does not change what is found") {
+  const Plant nominal = plant_from(one_mass_text);
+  Plant truth = nominal;
+  set_parameter(truth, "spring.viscous_damper.damping_ns_per_m", 5);
+  Random random = numbers(512);
+  Measurement m;
+  const Index samples = 2000;
+  m.record.drive = some_drive(nominal, samples, 4, random);
+  const GeneratedRecord generated = generate_record(truth, m.record.drive, 500);
+  REQUIRE(generated.status == Status::ok);
+  m.record.y = generated.signal.y;
+  m.record.weight_std = Vector::Constant(3, 1e-3);
+  double found[2];
+  int at = 0;
+  for (const double scale : {0.2, 1.0})
+    found[at++] = get_parameter(fit_plant(nominal, {{"spring.viscous_damper.damping_ns_per_m", scale, 0}}, {m.record},
+                                          *make_levenberg_marquardt({}), 30)
+                                    .plant,
+                                "spring.viscous_damper.damping_ns_per_m");
+  CHECK(found[0] == Approx(5).epsilon(1e-5));
+  CHECK(found[1] == Approx(found[0]).epsilon(1e-6));
+}
+
+TEST_CASE("a drive that the plant cannot follow is outside the domain, and negative parameters are never tried") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Measurement m = measure(nominal, 2, 0.003, 0.01, 513);
+  m.record.drive *= 100;
+  const PlantFit fit = fit_plant(nominal, tolerance_parameters(nominal), {m.record}, *make_levenberg_marquardt({}), 5);
+  CHECK(fit.solution.status == Status::outside_domain);
+  CHECK_FALSE(fit.solution.message.empty());
+
+  m = measure(nominal, 2, 0.003, 0.01, 513);
+  const Vector state_scale = Vector::Ones(4);
+  const auto problem = plant_problem(nominal, {{"body.mass_kg", 300, 0}}, {m.record}, state_scale);
+  Vector theta = Vector::Zero(5);
+  double cost = 0;
+  CHECK(problem->cost(theta, cost));
+  theta(0) = -1.5;
+  CHECK_FALSE(problem->cost(theta, cost));
+}
