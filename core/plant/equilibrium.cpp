@@ -9,49 +9,27 @@ Equilibrium failed(Status status, std::string message) { return {status, std::mo
 
 Matrix mass_block(const Matrix& M, Index n) { return M.topLeftCorner(n, n); }
 
-}  // namespace
+Equilibrium outside(const Plant& plant, int element) {
+  return failed(Status::outside_domain, "no equilibrium: element \"" +
+                                            plant.elements[static_cast<std::size_t>(element)].name +
+                                            "\" leaves the domain of its laws");
+}
 
-Equilibrium static_equilibrium(const Plant& plant, ConstVectorRef u) {
-  Motion motion(plant);
+/// Damped Newton iteration from q, under the inputs set before.
+Equilibrium balance(const Plant& plant, Motion& motion, Vector q, const Vector& masses, double applied,
+                    double largest_input) {
   const Index n = motion.masses();
-  if (u.size() != motion.inputs()) throw UserError("static_equilibrium: expected one constant value an input");
-  const Vector rest = Vector::Zero(std::max(n, motion.inputs()));
-  Vector masses(n);
-  for (Index i = 0; i < n; ++i) masses(i) = motion.mass_kg(i);
-  const auto outside = [&](int element) {
-    return failed(Status::outside_domain, "no equilibrium: element \"" +
-                                              plant.elements[static_cast<std::size_t>(element)].name +
-                                              "\" leaves the domain of its laws");
-  };
-
-  // First guess from the slopes at zero travel, where every law is defined: a drive that starts far from zero would
-  // put the elements between it and the masses outside their domain.
+  const Vector rest = Vector::Zero(n);
   Matrix stiffness, damping;
-  motion.set_inputs(rest.data(), rest.data());
-  if (const int element = motion.slopes(rest.data(), rest.data(), stiffness, damping); element >= 0)
-    return outside(element);
-  Vector applied = Vector::Zero(motion.node_count());
-  for (Index i = 0; i < motion.inputs(); ++i) {
-    if (motion.input_node(i) >= 0) {
-      applied -= stiffness.col(motion.input_node(i)) * u(i);
-    } else {
-      const auto [from, to] = motion.force_nodes(i);
-      for (const Motion::Weight& weight : motion.weights(from)) applied(weight.mass) -= weight.value * u(i);
-      for (const Motion::Weight& weight : motion.weights(to)) applied(weight.mass) += weight.value * u(i);
-    }
-  }
-  Vector q = least_squares(mass_block(stiffness, n), applied.head(n)).x;
-
-  motion.set_inputs(u.data(), rest.data());
   Vector a(n), trial(n), trial_a(n);
-  if (const int element = motion.accelerations(q.data(), rest.data(), a.data()); element >= 0) return outside(element);
+  if (const int element = motion.accelerations(q.data(), rest.data(), a.data()); element >= 0)
+    return outside(plant, element);
   const auto force_norm = [&](const Vector& acceleration) { return masses.cwiseProduct(acceleration).norm(); };
   for (int iteration = 0; iteration < 100; ++iteration) {
     if (const int element = motion.slopes(q.data(), rest.data(), stiffness, damping); element >= 0)
-      return outside(element);
+      return outside(plant, element);
     const Matrix K = mass_block(stiffness, n);
-    const double scale =
-        K.cwiseAbs().maxCoeff() * (q.cwiseAbs().maxCoeff() + u.cwiseAbs().maxCoeff()) + applied.cwiseAbs().maxCoeff();
+    const double scale = K.cwiseAbs().maxCoeff() * (q.cwiseAbs().maxCoeff() + largest_input) + applied;
     if (force_norm(a) <= 1e-12 * scale) return {Status::ok, "", q};
     const LeastSquares step = least_squares(K, masses.cwiseProduct(a));
     if (step.rank < n && step.residual_norm > 1e-9 * scale)
@@ -72,6 +50,46 @@ Equilibrium static_equilibrium(const Plant& plant, ConstVectorRef u) {
     a = trial_a;
   }
   return failed(Status::iteration_limit, "no equilibrium found for the first drive sample");
+}
+
+}  // namespace
+
+Equilibrium static_equilibrium(const Plant& plant, ConstVectorRef u) {
+  Motion motion(plant);
+  const Index n = motion.masses();
+  if (u.size() != motion.inputs()) throw UserError("static_equilibrium: expected one constant value an input");
+  const Vector rest = Vector::Zero(std::max(n, motion.inputs()));
+  Vector masses(n);
+  for (Index i = 0; i < n; ++i) masses(i) = motion.mass_kg(i);
+
+  // First guess from the slopes at zero travel, where every law is defined: a drive that starts far from zero would
+  // put the elements between it and the masses outside their domain.
+  Matrix stiffness, damping;
+  motion.set_play_leak(1);
+  motion.set_inputs(rest.data(), rest.data());
+  if (const int element = motion.slopes(rest.data(), rest.data(), stiffness, damping); element >= 0)
+    return outside(plant, element);
+  Vector applied = Vector::Zero(motion.node_count());
+  for (Index i = 0; i < motion.inputs(); ++i) {
+    if (motion.input_node(i) >= 0) {
+      applied -= stiffness.col(motion.input_node(i)) * u(i);
+    } else {
+      const auto [from, to] = motion.force_nodes(i);
+      for (const Motion::Weight& weight : motion.weights(from)) applied(weight.mass) -= weight.value * u(i);
+      for (const Motion::Weight& weight : motion.weights(to)) applied(weight.mass) += weight.value * u(i);
+    }
+  }
+  Vector q = least_squares(mass_block(stiffness, n), applied.head(n)).x;
+
+  motion.set_inputs(u.data(), rest.data());
+  // A clearance has no slope inside: it is closed at first and opened step by step, each from the place before.
+  Equilibrium result{Status::ok, "", q};
+  for (const double leak : {1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-9}) {
+    motion.set_play_leak(leak);
+    result = balance(plant, motion, result.positions, masses, applied.cwiseAbs().maxCoeff(), u.cwiseAbs().maxCoeff());
+    if (result.status != Status::ok || !motion.has_play()) break;
+  }
+  return result;
 }
 
 }  // namespace wheelhop

@@ -8,10 +8,32 @@ LawKind linear_spring();
 LawKind viscous_damper();
 LawKind hardening_spring();
 LawKind polynomial_spring();
+LawKind coulomb_friction();
+LawKind bouc_wen();
+LawKind maxwell_branch();
+LawKind asymmetric_damper();
+LawKind digressive_damper();
+LawKind power_law_damper();
+LawKind position_dependent_damper();
+LawKind bump_stop();
+LawKind backlash();
+LawKind liftoff();
 
 const std::vector<LawKind>& law_table() {
-  static const std::vector<LawKind> table = {linear_spring(), viscous_damper(), hardening_spring(),
-                                             polynomial_spring()};
+  static const std::vector<LawKind> table = {linear_spring(),
+                                             viscous_damper(),
+                                             hardening_spring(),
+                                             polynomial_spring(),
+                                             coulomb_friction(),
+                                             bouc_wen(),
+                                             maxwell_branch(),
+                                             asymmetric_damper(),
+                                             digressive_damper(),
+                                             power_law_damper(),
+                                             position_dependent_damper(),
+                                             bump_stop(),
+                                             backlash(),
+                                             liftoff()};
   return table;
 }
 

@@ -1,9 +1,11 @@
 /// \file
-/// Constitutive laws: the force of one element as a function of its relative travel x and its rate v.
+/// Constitutive laws: the force of one element as a function of its relative travel x, its rate v and, for a law with
+/// memory, of internal states z with z' = g(x, v, z).
 /// A law is plain data (a kind and its parameter values), so that plants copy cheaply and a fit can move any parameter
 /// by name. Adding one is one file in core/plant/laws and its name in the list of laws.cpp.
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,6 +27,36 @@ struct LawParameter {
   bool required = true;  ///< otherwise `fallback` where the key is absent
   double fallback = 0;   ///< infinity stands for "none" and is not written to files
   bool is_list = false;  ///< an array of numbers; only as the single parameter of a law
+  double typical = 0;    ///< usual size in a passenger car's corner, where a fit may start; 0 where none is given
+};
+
+inline constexpr int max_law_states = 2;
+
+/// Derivatives of force and state rates of a law with memory; entry (i, j) of dz_dz at max_law_states * i + j.
+struct MemorySlopes {
+  double df_dx = 0, df_dv = 0;
+  std::array<double, max_law_states> df_dz = {}, dz_dx = {}, dz_dv = {};
+  std::array<double, max_law_states* max_law_states> dz_dz = {};
+};
+
+/// The functions of a law with internal states z. Convention: at z = 0 the memory is at rest at every constant travel,
+/// it then stays at 0, and the law gives no force unless the element moves. So the static equilibrium of a plant is
+/// that of its laws without memory.
+struct LawMemory {
+  int states = 0;  ///< how many, at most `max_law_states`; 0 for a law without memory
+  /// Force f [N] and rates z' [1/s times the state]; false outside the domain.
+  bool (*force)(std::span<const double> p, double x, double v, const double* z, double& f, double* z_rate) = nullptr;
+  bool (*slopes)(std::span<const double> p, double x, double v, const double* z, MemorySlopes& slopes) = nullptr;
+  /// Stored energy [J] of the states alone, and the power turned into heat [W]: force * v = energy' + dissipation.
+  double (*energy)(std::span<const double> p, const double* z) = nullptr;
+  double (*dissipation)(std::span<const double> p, double x, double v, const double* z) = nullptr;
+};
+
+/// What a law does to the other laws of its element, instead of adding a force.
+enum class LawRole {
+  force,   ///< adds its force to that of the others
+  play,    ///< value 0 is a gap: the others read the travel that is left beyond it on either side
+  contact  ///< value 0 is a preload: the sum of the others pulls with that force at most
 };
 
 /// What is common to all laws of one name. `p` holds the values in the order of `parameters`.
@@ -45,6 +77,11 @@ struct LawKind {
   bool is_linear = false;
   /// Relations between parameters: empty, or what was expected; nullptr where there are none.
   std::string (*check)(std::span<const double> p);
+  /// True if the law is the difference between a damper and the viscous one of the same damping: alone it may deliver
+  /// energy (`dissipation` is signed), together they do not.
+  bool is_correction = false;
+  LawRole role = LawRole::force;
+  LawMemory memory = {};  ///< with states, `force`, `slopes`, `energy` and `dissipation` above are nullptr
 };
 
 /// One law of an element: its kind and the values of its parameters.
@@ -53,10 +90,12 @@ struct Law {
   std::vector<double> values;
   double tolerance = default_tolerance;  ///< relative standard deviation within which the values are known
 
+  /// Of a law without memory.
   bool force(double x, double v, double& f) const { return kind->force(values, x, v, f); }
   bool slopes(double x, double v, double& df_dx, double& df_dv) const {
     return kind->slopes(values, x, v, df_dx, df_dv);
   }
+  int states() const { return kind->memory.states; }
   double energy(double x) const { return kind->energy ? kind->energy(values, x) : 0; }
   double dissipation(double x, double v) const { return kind->dissipation ? kind->dissipation(values, x, v) : 0; }
 

@@ -16,7 +16,7 @@ struct Row {
 
 Row node_row(const LinearPlant& model, const Motion& motion, SensorKind kind, Index node) {
   const Index n = motion.masses(), m = motion.inputs();
-  Row row{Eigen::RowVectorXd::Zero(2 * n), Eigen::RowVectorXd::Zero(m), Eigen::RowVectorXd::Zero(m)};
+  Row row{Eigen::RowVectorXd::Zero(model.A.cols()), Eigen::RowVectorXd::Zero(m), Eigen::RowVectorXd::Zero(m)};
   for (const Motion::Weight& weight : motion.weights(node)) {
     switch (kind) {
       case SensorKind::displacement: row.c(weight.mass) += weight.value; break;
@@ -40,17 +40,18 @@ Row node_row(const LinearPlant& model, const Motion& motion, SensorKind kind, In
 
 LinearPlant linearise(const Plant& plant, const Vector& state, const Vector& u) {
   Motion motion(plant);
-  const Index n = motion.masses(), m = motion.inputs(), p = motion.sensors();
-  const Vector x = state.size() ? state : Vector::Zero(2 * n);
+  const Index n = motion.masses(), m = motion.inputs(), p = motion.sensors(), s = motion.memories();
+  Vector x = Vector::Zero(2 * n + s);
+  if (state.size() == x.size() || state.size() == 2 * n) x.head(state.size()) = state;
   const Vector held = u.size() ? u : Vector::Zero(m);
-  if (x.size() != 2 * n || held.size() != m)
-    throw UserError(fmt::format("linearise: expected a state of {} and inputs of {} numbers, found {} and {}", 2 * n, m,
-                                x.size(), held.size()));
+  if ((state.size() && state.size() != x.size() && state.size() != 2 * n) || held.size() != m)
+    throw UserError(fmt::format("linearise: expected a state of {} and inputs of {} numbers, found {} and {}", x.size(),
+                                m, state.size(), held.size()));
   LinearPlant model;
   const Vector at_rest = Vector::Zero(m);
   motion.set_inputs(held.data(), at_rest.data());
-  Matrix stiffness, damping;
-  if (const int element = motion.slopes(x.data(), x.data() + n, stiffness, damping); element >= 0) {
+  Motion::Slopes slopes;
+  if (const int element = motion.slopes(x.data(), x.data() + n, x.data() + 2 * n, slopes); element >= 0) {
     model.status = Status::outside_domain;
     model.message = fmt::format("the operating point lies outside the domain of element \"{}\" (travel {:.6g} m)",
                                 plant.elements[static_cast<std::size_t>(element)].name, motion.travel(element));
@@ -59,17 +60,23 @@ LinearPlant linearise(const Plant& plant, const Vector& state, const Vector& u) 
   Vector inverse_mass(n);
   for (Index i = 0; i < n; ++i) inverse_mass(i) = 1 / motion.mass_kg(i);
 
-  model.A = Matrix::Zero(2 * n, 2 * n);
-  model.A.topRightCorner(n, n).setIdentity();
-  model.A.bottomLeftCorner(n, n) = -(inverse_mass.asDiagonal() * stiffness.topLeftCorner(n, n));
-  model.A.bottomRightCorner(n, n) = -(inverse_mass.asDiagonal() * damping.topLeftCorner(n, n));
-  model.B = Matrix::Zero(2 * n, m);
-  model.B_rate = Matrix::Zero(2 * n, m);
+  model.A = Matrix::Zero(2 * n + s, 2 * n + s);
+  model.A.block(0, n, n, n).setIdentity();
+  model.A.block(n, 0, n, n) = -(inverse_mass.asDiagonal() * slopes.stiffness.topLeftCorner(n, n));
+  model.A.block(n, n, n, n) = -(inverse_mass.asDiagonal() * slopes.damping.topLeftCorner(n, n));
+  model.A.block(n, 2 * n, n, s) = inverse_mass.asDiagonal() * slopes.memory_force.topRows(n);
+  model.A.block(2 * n, 0, s, n) = slopes.memory_travel.leftCols(n);
+  model.A.block(2 * n, n, s, n) = slopes.memory_rate.leftCols(n);
+  model.A.bottomRightCorner(s, s) = slopes.memory;
+  model.B = Matrix::Zero(2 * n + s, m);
+  model.B_rate = Matrix::Zero(2 * n + s, m);
   for (Index i = 0; i < m; ++i) {
     const Index node = motion.input_node(i);
     if (node >= 0) {
-      model.B.col(i).tail(n) = -inverse_mass.cwiseProduct(stiffness.col(node).head(n));
-      model.B_rate.col(i).tail(n) = -inverse_mass.cwiseProduct(damping.col(node).head(n));
+      model.B.col(i).segment(n, n) = -inverse_mass.cwiseProduct(slopes.stiffness.col(node).head(n));
+      model.B_rate.col(i).segment(n, n) = -inverse_mass.cwiseProduct(slopes.damping.col(node).head(n));
+      model.B.col(i).tail(s) = slopes.memory_travel.col(node);
+      model.B_rate.col(i).tail(s) = slopes.memory_rate.col(node);
     } else {
       const auto [from, to] = motion.force_nodes(i);
       for (const Motion::Weight& weight : motion.weights(from))
@@ -78,16 +85,16 @@ LinearPlant linearise(const Plant& plant, const Vector& state, const Vector& u) 
         model.B(n + weight.mass, i) += weight.value * inverse_mass(weight.mass);
     }
   }
-  model.C = Matrix::Zero(p, 2 * n);
+  model.C = Matrix::Zero(p, 2 * n + s);
   model.D = Matrix::Zero(p, m);
   model.D_rate = Matrix::Zero(p, m);
-  for (Index s = 0; s < p; ++s) {
-    const Motion::SensorPlace& place = motion.sensor(s);
+  for (Index k = 0; k < p; ++k) {
+    const Motion::SensorPlace& place = motion.sensor(k);
     const Row from = node_row(model, motion, place.kind, place.from);
     const Row to = node_row(model, motion, place.kind, place.to);
-    model.C.row(s) = to.c - from.c;
-    model.D.row(s) = to.d - from.d;
-    model.D_rate.row(s) = to.d_rate - from.d_rate;
+    model.C.row(k) = to.c - from.c;
+    model.D.row(k) = to.d - from.d;
+    model.D_rate.row(k) = to.d_rate - from.d_rate;
   }
 
   const ComplexVector poles = eigenvalues(model.A);

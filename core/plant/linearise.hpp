@@ -11,21 +11,23 @@
 namespace wheelhop {
 
 /// x' = A x + B u + B_rate u',  y = C x + D u + D_rate u'  for small changes about the operating point, with
-/// x = [q; v]. The columns for u' are zero unless a rate-dependent law is attached to a displacement input; u' is then
-/// the velocity of the drive as `simulate` defines it.
+/// x = [q; v; z] (N = 2n + s; z the internal states of laws with memory). The columns for u' are zero unless a
+/// rate-dependent law is attached to a displacement input; u' is then the velocity of the drive as `simulate` defines
+/// it.
 struct LinearPlant {
   Status status = Status::ok;
   std::string message;
-  Matrix A;       ///< 2n x 2n
-  Matrix B;       ///< 2n x m
-  Matrix B_rate;  ///< 2n x m
-  Matrix C;       ///< p x 2n
+  Matrix A;       ///< N x N
+  Matrix B;       ///< N x m
+  Matrix B_rate;  ///< N x m
+  Matrix C;       ///< p x N
   Matrix D;       ///< p x m
   Matrix D_rate;  ///< p x m
 };
 
 /// Linearises with the analytic slopes of the laws.
-/// @param state 2n [q; v] and @param u m inputs: the operating point (drive at rest); empty for zero.
+/// @param state N [q; v; z], or 2n [q; v] with all memories at rest, and @param u m inputs: the operating point (drive
+/// at rest); empty for zero.
 /// Statuses: outside_domain if a law is not defined there; unstable if a pole has a positive real part (all matrices
 /// are given, the message names the fastest growth). UserError on wrong sizes. Cost O(n^3).
 LinearPlant linearise(const Plant& plant, const Vector& state = {}, const Vector& u = {});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace wheelhop {
 
@@ -15,11 +16,24 @@ Motion::Motion(const Plant& plant) {
     branch.from = static_cast<std::size_t>(plant.node(element.from));
     branch.to = static_cast<std::size_t>(plant.node(element.to));
     branch.first_law = laws_.size();
-    laws_.insert(laws_.end(), element.laws.begin(), element.laws.end());
+    branch.contact_n = std::numeric_limits<double>::infinity();
+    for (const Law& law : element.laws) {
+      switch (law.kind->role) {
+        case LawRole::force: laws_.push_back(law); continue;
+        case LawRole::play: branch.play_m += law.values[0]; break;
+        case LawRole::contact: branch.contact_n = std::min(branch.contact_n, law.values[0]); break;
+      }
+      branch.modified = true;
+    }
     branch.last_law = laws_.size();
     const auto first = laws_.begin() + static_cast<std::ptrdiff_t>(branch.first_law);
     const auto curved = std::stable_partition(first, laws_.end(), [](const Law& law) { return law.kind->is_linear; });
+    const auto memory = std::stable_partition(curved, laws_.end(), [](const Law& law) { return law.states() == 0; });
     branch.first_curved = static_cast<std::size_t>(curved - laws_.begin());
+    branch.first_memory = static_cast<std::size_t>(memory - laws_.begin());
+    branch.first_state = rest_.size();
+    for (auto law = memory; law != laws_.end(); ++law)
+      rest_.resize(rest_.size() + static_cast<std::size_t>(law->states()));
     for (auto law = first; law != curved; ++law) {
       double df_dx = 0, df_dv = 0;
       law->slopes(0, 0, df_dx, df_dv);
@@ -42,6 +56,7 @@ Motion::Motion(const Plant& plant) {
   for (const Sensor& sensor : plant.sensors)
     sensors_.push_back({sensor.kind, plant.node(sensor.from), plant.node(sensor.to)});
   const std::size_t nodes = plant.node_names().size();
+  z_rate_.assign(rest_.size(), 0);
   x_.assign(nodes, 0);
   v_.assign(nodes, 0);
   force_.assign(nodes, 0);
@@ -78,20 +93,44 @@ void Motion::load(const double* q, const double* v) {
   }
 }
 
-int Motion::accelerations(const double* q, const double* v, double* a) {
+bool Motion::has_play() const {
+  return std::any_of(branches_.begin(), branches_.end(), [](const Branch& branch) { return branch.play_m > 0; });
+}
+
+double Motion::effective_travel(const Branch& branch, double travel) const {
+  if (!branch.modified) return travel;
+  return travel - (1 - play_leak_) * std::clamp(travel, -branch.play_m, branch.play_m);
+}
+
+// Sum of the laws of an element at its effective travel, before a contact bounds it.
+inline bool Motion::force(const Branch& branch, double travel, double rate, const double* z, double& sum,
+                          double* z_rate) const {
+  sum = branch.stiffness_n_per_m * travel + branch.damping_ns_per_m * rate;
+  double f;
+  for (std::size_t k = branch.first_curved; k < branch.first_memory; ++k) {
+    if (!laws_[k].force(travel, rate, f)) return false;
+    sum += f;
+  }
+  std::size_t state = branch.first_state;
+  for (std::size_t k = branch.first_memory; k < branch.last_law; ++k) {
+    const LawMemory& memory = laws_[k].kind->memory;
+    if (!memory.force(laws_[k].values, travel, rate, z + state, f, z_rate + state)) return false;
+    sum += f;
+    state += static_cast<std::size_t>(memory.states);
+  }
+  return true;
+}
+
+int Motion::accelerations(const double* q, const double* v, const double* z, double* a, double* z_rate) {
   load(q, v);
   for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = applied_[i];
   for (std::size_t b = 0; b < branches_.size(); ++b) {
     const Branch& branch = branches_[b];
-    const double travel = x_[branch.to] - x_[branch.from];
-    const double rate = v_[branch.to] - v_[branch.from];
-    double sum = branch.stiffness_n_per_m * travel + branch.damping_ns_per_m * rate;
-    for (std::size_t k = branch.first_curved; k < branch.last_law; ++k) {
-      double f;
-      if (!laws_[k].force(travel, rate, f)) return static_cast<int>(b);
-      sum += f;
-    }
-    if (!std::isfinite(sum)) return static_cast<int>(b);
+    const double travel = effective_travel(branch, x_[branch.to] - x_[branch.from]);
+    double sum;
+    if (!force(branch, travel, v_[branch.to] - v_[branch.from], z, sum, z_rate) || !std::isfinite(sum))
+      return static_cast<int>(b);
+    if (branch.modified) sum = std::min(sum, branch.contact_n);
     force_[branch.from] += sum;
     force_[branch.to] -= sum;
   }
@@ -124,9 +163,21 @@ void Motion::outputs(const double* q, const double* v, const double* a, double* 
 }
 
 int Motion::slopes(const double* q, const double* v, Matrix& stiffness, Matrix& damping) {
+  Slopes all;
+  const int element = slopes(q, v, rest_.data(), all);
+  stiffness = std::move(all.stiffness);
+  damping = std::move(all.damping);
+  return element;
+}
+
+int Motion::slopes(const double* q, const double* v, const double* z, Slopes& result) {
   load(q, v);
-  stiffness.setZero(node_count(), node_count());
-  damping.setZero(node_count(), node_count());
+  result.stiffness.setZero(node_count(), node_count());
+  result.damping.setZero(node_count(), node_count());
+  result.memory_force.setZero(node_count(), memories());
+  result.memory_travel.setZero(memories(), node_count());
+  result.memory_rate.setZero(memories(), node_count());
+  result.memory.setZero(memories(), memories());
   const auto add = [](Matrix& M, Index from, Index to, double slope) {
     M(from, from) += slope;
     M(to, to) += slope;
@@ -135,20 +186,47 @@ int Motion::slopes(const double* q, const double* v, Matrix& stiffness, Matrix& 
   };
   for (std::size_t b = 0; b < branches_.size(); ++b) {
     const Branch& branch = branches_[b];
-    for (std::size_t k = branch.first_law; k < branch.last_law; ++k) {
+    const auto from = static_cast<Index>(branch.from), to = static_cast<Index>(branch.to);
+    const double own_travel = x_[branch.to] - x_[branch.from], rate = v_[branch.to] - v_[branch.from];
+    const double travel = effective_travel(branch, own_travel);
+    const double followed = branch.play_m > 0 && std::abs(own_travel) <= branch.play_m ? play_leak_ : 1;
+    double sum = 0;
+    if (branch.modified && !force(branch, travel, rate, z, sum, z_rate_.data())) return static_cast<int>(b);
+    const double pulling = sum > branch.contact_n ? 0 : 1;
+    for (std::size_t k = branch.first_law; k < branch.first_memory; ++k) {
       double df_dx, df_dv;
-      if (!laws_[k].slopes(x_[branch.to] - x_[branch.from], v_[branch.to] - v_[branch.from], df_dx, df_dv) ||
-          !std::isfinite(df_dx + df_dv))
-        return static_cast<int>(b);
-      add(stiffness, static_cast<Index>(branch.from), static_cast<Index>(branch.to), df_dx);
-      add(damping, static_cast<Index>(branch.from), static_cast<Index>(branch.to), df_dv);
+      if (!laws_[k].slopes(travel, rate, df_dx, df_dv) || !std::isfinite(df_dx + df_dv)) return static_cast<int>(b);
+      add(result.stiffness, from, to, pulling * followed * df_dx);
+      add(result.damping, from, to, pulling * df_dv);
+    }
+    auto state = static_cast<Index>(branch.first_state);
+    for (std::size_t k = branch.first_memory; k < branch.last_law; ++k) {
+      MemorySlopes s;
+      if (!laws_[k].kind->memory.slopes(laws_[k].values, travel, rate, z + state, s)) return static_cast<int>(b);
+      add(result.stiffness, from, to, pulling * followed * s.df_dx);
+      add(result.damping, from, to, pulling * s.df_dv);
+      const Index states = laws_[k].states();
+      for (Index i = 0; i < states; ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        result.memory_force(from, state + i) += pulling * s.df_dz[at];
+        result.memory_force(to, state + i) -= pulling * s.df_dz[at];
+        result.memory_travel(state + i, to) += followed * s.dz_dx[at];
+        result.memory_travel(state + i, from) -= followed * s.dz_dx[at];
+        result.memory_rate(state + i, to) += s.dz_dv[at];
+        result.memory_rate(state + i, from) -= s.dz_dv[at];
+        for (Index j = 0; j < states; ++j)
+          result.memory(state + i, state + j) = s.dz_dz[static_cast<std::size_t>(max_law_states * i + j)];
+      }
+      state += states;
     }
   }
   for (const RigidPoint& point : points_) {
     const auto node = static_cast<Index>(point.node);
-    for (Matrix* M : {&stiffness, &damping}) {
+    for (Matrix* M : {&result.stiffness, &result.damping, &result.memory_force}) {
       for (const Weight& weight : point.weights) M->row(weight.mass) += weight.value * M->row(node);
       M->row(node).setZero();
+    }
+    for (Matrix* M : {&result.stiffness, &result.damping, &result.memory_travel, &result.memory_rate}) {
       for (const Weight& weight : point.weights) M->col(weight.mass) += weight.value * M->col(node);
       M->col(node).setZero();
     }
@@ -156,7 +234,7 @@ int Motion::slopes(const double* q, const double* v, Matrix& stiffness, Matrix& 
   return all_defined;
 }
 
-Motion::Energy Motion::energy(const double* q, const double* v) {
+Motion::Energy Motion::energy(const double* q, const double* v, const double* z) {
   load(q, v);
   Energy result;
   for (std::size_t i = 0; i < mass_.size(); ++i) result.kinetic_j += 0.5 * mass_[i] * v[i] * v[i];
@@ -164,19 +242,35 @@ Motion::Energy Motion::energy(const double* q, const double* v) {
   std::fill(force_.begin(), force_.end(), 0.0);
   for (std::size_t b = 0; b < branches_.size(); ++b) {
     const Branch& branch = branches_[b];
-    const double travel = x_[branch.to] - x_[branch.from];
+    const double travel = effective_travel(branch, x_[branch.to] - x_[branch.from]);
     const double rate = v_[branch.to] - v_[branch.from];
-    for (std::size_t k = branch.first_law; k < branch.last_law; ++k) {
-      double moving, still;
-      if (!laws_[k].force(travel, rate, moving) || !laws_[k].force(travel, 0, still)) {
+    double sum;
+    if (!force(branch, travel, rate, z, sum, z_rate_.data())) {
+      result.undefined_element = static_cast<int>(b);
+      return result;
+    }
+    double gradient = 0;  // the part of the force that comes from energy stored in the travel
+    for (std::size_t k = branch.first_law; k < branch.first_memory; ++k) {
+      double still;
+      if (!laws_[k].force(travel, 0, still)) {
         result.undefined_element = static_cast<int>(b);
         return result;
       }
+      gradient += still;
       result.potential_j += laws_[k].energy(travel);
       result.dissipated_w += laws_[k].dissipation(travel, rate);
-      force_[branch.from] += moving - still;
-      force_[branch.to] -= moving - still;
     }
+    std::size_t state = branch.first_state;
+    for (std::size_t k = branch.first_memory; k < branch.last_law; ++k) {
+      const LawMemory& memory = laws_[k].kind->memory;
+      result.potential_j += memory.energy(laws_[k].values, z + state);
+      result.dissipated_w += memory.dissipation(laws_[k].values, travel, rate, z + state);
+      state += static_cast<std::size_t>(memory.states);
+    }
+    const double lost = std::max(0.0, sum - branch.contact_n);
+    result.dissipated_w -= lost * rate;
+    force_[branch.from] += sum - gradient - lost;
+    force_[branch.to] -= sum - gradient - lost;
   }
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     const Drive& drive = inputs_[i];

@@ -1,6 +1,7 @@
 /// \file
 /// The plant assembled for computing: node numbers instead of names, laws as flat arrays. Layout used everywhere: the
-/// state is [q; v] (2n: positions, then velocities of the masses); `u` has one entry an input of the plant.
+/// state is [q; v; z] (2n + s: positions, then velocities of the masses, then the internal states of the laws with
+/// memory in the order of the file); `u` has one entry an input of the plant.
 #pragma once
 
 #include <array>
@@ -21,6 +22,7 @@ class Motion {
 
   Index masses() const { return static_cast<Index>(mass_.size()); }
   Index inputs() const { return static_cast<Index>(inputs_.size()); }
+  Index memories() const { return static_cast<Index>(rest_.size()); }  ///< internal states of all laws
   Index sensors() const { return static_cast<Index>(sensors_.size()); }
 
   /// Sets the inputs for the evaluations that follow. @param u, u_rate m values (u_rate of a force is not read).
@@ -29,7 +31,11 @@ class Motion {
   static constexpr int all_defined = -1;
   /// Accelerations a (n) at positions q and velocities v (n) under the inputs set before.
   /// @return `all_defined`, or the index of the first element whose law is outside its domain or not finite.
-  int accelerations(const double* q, const double* v, double* a);
+  int accelerations(const double* q, const double* v, double* a) {
+    return accelerations(q, v, rest_.data(), a, z_rate_.data());
+  }
+  /// The same with memories z (s); their rates z' are written to `z_rate`. The overload above has them at rest.
+  int accelerations(const double* q, const double* v, const double* z, double* a, double* z_rate);
 
   /// Travel [m] of an element in the evaluation before.
   double travel(int element) const;
@@ -41,16 +47,32 @@ class Motion {
   /// positions dx and velocities dv of masses and inputs give force = -stiffness dx - damping dv on them. Rows and
   /// columns of rigid points are carried over to their masses and zero. Return value as `accelerations`.
   int slopes(const double* q, const double* v, Matrix& stiffness, Matrix& damping);
+  /// The same for laws with memory: small changes dz give force + memory_force dz, and
+  /// z' = memory_travel dx + memory_rate dv + memory dz.
+  struct Slopes {
+    Matrix stiffness, damping;          // nodes x nodes
+    Matrix memory_force;                // nodes x s
+    Matrix memory_travel, memory_rate;  // s x nodes
+    Matrix memory;                      // s x s
+  };
+  int slopes(const double* q, const double* v, const double* z, Slopes& result);
+
+  /// The clearances of `backlash` laws transmit this share of the travel inside them: 0 unless set. With a share above
+  /// 0 every position has its own force, which a search for an equilibrium needs.
+  void set_play_leak(double share) { play_leak_ = share; }
+  bool has_play() const;
 
   struct Energy {
     double kinetic_j = 0;
     double potential_j = 0;   ///< stored in the laws
-    double dissipated_w = 0;  ///< heat in the laws
+    double dissipated_w = 0;  ///< heat in the laws. Signed where a law stands for a part of a damper only, and while an
+                              ///< element has lifted off: what its springs would store goes there and comes back
     double input_w = 0;       ///< by forces, and by moving drive nodes through `u_rate`; position steps of a held drive
                               ///< change potential_j
     int undefined_element = all_defined;
   };
-  Energy energy(const double* q, const double* v);
+  Energy energy(const double* q, const double* v) { return energy(q, v, rest_.data()); }
+  Energy energy(const double* q, const double* v, const double* z);
 
   double mass_kg(Index i) const { return mass_[static_cast<std::size_t>(i)]; }
   Index node_count() const { return static_cast<Index>(x_.size()); }
@@ -73,8 +95,12 @@ class Motion {
  private:
   struct Branch {
     std::size_t from, to, first_law, last_law;
-    std::size_t first_curved;                    // laws [first_curved, last_law) are nonlinear ...
-    double stiffness_n_per_m, damping_ns_per_m;  // ... those before are summed here
+    std::size_t first_curved;                    // laws [first_curved, first_memory) are nonlinear ...
+    double stiffness_n_per_m, damping_ns_per_m;  // ... those before are summed here ...
+    std::size_t first_memory;                    // ... those from here on have states, z[first_state] the first
+    std::size_t first_state;
+    bool modified;  // by a clearance or a contact
+    double play_m, contact_n;
   };
   struct Drive {
     Index node;  // of a displacement
@@ -85,6 +111,8 @@ class Motion {
     std::vector<Weight> weights;
   };
   void load(const double* q, const double* v);
+  double effective_travel(const Branch& branch, double travel) const;
+  bool force(const Branch& branch, double travel, double rate, const double* z, double& sum, double* z_rate) const;
   double reading(SensorKind kind, Index node, const double* q, const double* v, const double* a) const;
 
   std::vector<double> mass_, inverse_mass_;
@@ -94,6 +122,8 @@ class Motion {
   std::vector<Drive> inputs_;
   std::vector<SensorPlace> sensors_;
   std::vector<double> x_, v_, force_, applied_;  // one entry a node
+  std::vector<double> rest_, z_rate_;            // one entry a memory: zeros, and scratch
+  double play_leak_ = 0;
 };
 
 }  // namespace wheelhop

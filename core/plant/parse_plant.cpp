@@ -142,6 +142,9 @@ Element read_element(const JsonCursor& cursor, const Plant& plant, Names& places
   };
   if (!moves(element.from) && !moves(element.to)) between.fail("a mass at one end at least: it moves nothing");
   for (const JsonCursor& law : read_list(cursor, "laws", "law")) element.laws.push_back(parse_law(law));
+  if (std::none_of(element.laws.begin(), element.laws.end(),
+                   [](const Law& law) { return law.kind->role == LawRole::force; }))
+    cursor.at("laws").fail("a law that gives a force beside those that limit it");
   cursor.done();
   return element;
 }

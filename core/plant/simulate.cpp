@@ -2,50 +2,61 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "core/plant/linearise.hpp"
+
 namespace wheelhop {
 namespace {
 
-/// Classical Runge-Kutta of fourth order on q' = v, v' = a(q, v).
+/// Classical Runge-Kutta of fourth order on q' = v, v' = a(q, v, z), z' = g(q, v, z).
 class Stepper {
  public:
   explicit Stepper(Motion& motion) : motion_(motion) {
     const Index n = motion.masses();
     for (Vector* x : {&q_, &a1_, &a2_, &a3_, &a4_, &v2_, &v3_, &v4_}) x->setZero(n);
+    for (Vector* z : {&z_, &r1_, &r2_, &r3_, &r4_}) z->setZero(motion.memories());
   }
 
-  /// One step of length h from (q, v), in place. Every stage is checked: a stage beyond the pole of an end stop would
-  /// read a force of the wrong sign and go on as if nothing had happened.
-  int step(double h, double* q, double* v) {
-    const Index n = q_.size();
-    if (int e = motion_.accelerations(q, v, a1_.data()); e >= 0) return e;
+  /// One step of length h from (q, v, z), in place. Every stage is checked: a stage beyond the pole of an end stop
+  /// would read a force of the wrong sign and go on as if nothing had happened.
+  int step(double h, double* q, double* v, double* z) {
+    const Index n = q_.size(), s = z_.size();
+    if (int e = motion_.accelerations(q, v, z, a1_.data(), r1_.data()); e >= 0) return e;
     for (Index i = 0; i < n; ++i) {
       q_[i] = q[i] + 0.5 * h * v[i];
       v2_[i] = v[i] + 0.5 * h * a1_[i];
     }
-    if (int e = motion_.accelerations(q_.data(), v2_.data(), a2_.data()); e >= 0) return e;
+    for (Index i = 0; i < s; ++i) z_[i] = z[i] + 0.5 * h * r1_[i];
+    if (int e = motion_.accelerations(q_.data(), v2_.data(), z_.data(), a2_.data(), r2_.data()); e >= 0) return e;
     for (Index i = 0; i < n; ++i) {
       q_[i] = q[i] + 0.5 * h * v2_[i];
       v3_[i] = v[i] + 0.5 * h * a2_[i];
     }
-    if (int e = motion_.accelerations(q_.data(), v3_.data(), a3_.data()); e >= 0) return e;
+    for (Index i = 0; i < s; ++i) z_[i] = z[i] + 0.5 * h * r2_[i];
+    if (int e = motion_.accelerations(q_.data(), v3_.data(), z_.data(), a3_.data(), r3_.data()); e >= 0) return e;
     for (Index i = 0; i < n; ++i) {
       q_[i] = q[i] + h * v3_[i];
       v4_[i] = v[i] + h * a3_[i];
     }
-    if (int e = motion_.accelerations(q_.data(), v4_.data(), a4_.data()); e >= 0) return e;
+    for (Index i = 0; i < s; ++i) z_[i] = z[i] + h * r3_[i];
+    if (int e = motion_.accelerations(q_.data(), v4_.data(), z_.data(), a4_.data(), r4_.data()); e >= 0) return e;
     for (Index i = 0; i < n; ++i) {
       q[i] += h / 6 * (v[i] + 2 * (v2_[i] + v3_[i]) + v4_[i]);
       v[i] += h / 6 * (a1_[i] + 2 * (a2_[i] + a3_[i]) + a4_[i]);
     }
+    for (Index i = 0; i < s; ++i) z[i] += h / 6 * (r1_[i] + 2 * (r2_[i] + r3_[i]) + r4_[i]);
     return Motion::all_defined;
   }
 
  private:
   Motion& motion_;
   Vector q_, v2_, v3_, v4_, a1_, a2_, a3_, a4_;
+  Vector z_, r1_, r2_, r3_, r4_;
 };
 
-void check_shapes(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options) {
+void check_shapes(const Plant& plant, Index memories, ConstMatrixRef drive, const SimulateOptions& options) {
   if (drive.rows() != plant.input_count())
     throw UserError(fmt::format("plant \"{}\": expected a drive with {} rows (one an input), found {}", plant.name,
                                 plant.input_count(), drive.rows()));
@@ -54,18 +65,23 @@ void check_shapes(const Plant& plant, ConstMatrixRef drive, const SimulateOption
   if (options.lead_samples >= drive.cols())
     throw UserError(fmt::format("simulate: expected a drive longer than its {} lead samples, found {} samples",
                                 options.lead_samples, drive.cols()));
-  if (options.initial_state.size() != 0 && options.initial_state.size() != 2 * plant.mass_count())
-    throw UserError(fmt::format("simulate: expected an initial state of {} numbers (positions, velocities), found {}",
-                                2 * plant.mass_count(), options.initial_state.size()));
+  const Index size = options.initial_state.size();
+  if (size != 0 && size != 2 * plant.mass_count() && size != 2 * plant.mass_count() + memories)
+    throw UserError(
+        fmt::format("simulate: expected an initial state of {} numbers (positions, velocities) or {} more "
+                    "(internal states), found {}",
+                    2 * plant.mass_count(), memories, size));
 }
 
 }  // namespace
 
 Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options) {
-  check_shapes(plant, drive, options);
+  Motion motion(plant);
+  check_shapes(plant, motion.memories(), drive, options);
   const double hold_s = 1 / plant.hold_hz();
   const double h = hold_s / static_cast<double>(options.substeps);
   const Index n = plant.mass_count(), m = plant.input_count(), N = drive.cols();
+  const Index size = 2 * n + motion.memories();
   const Index kept = (N - options.lead_samples - 1) / options.decimation + 1;
 
   Simulation result;
@@ -73,7 +89,7 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
     result.status = status;
     result.message = std::move(message);
     result.failure_time_s = time_s;
-    result.states.conservativeResize(2 * n, column);
+    result.states.conservativeResize(size, column);
     result.outputs.conservativeResize(plant.sensor_count(), column);
     return result;
   };
@@ -81,22 +97,22 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
   if (!all_finite(drive) || !all_finite(options.initial_state))
     return fail(Status::not_finite, "the drive or the initial state is not finite", 0, start_s);
 
-  Vector state = Vector::Zero(2 * n);
+  Vector state = Vector::Zero(size);
   if (options.initial_state.size() != 0) {
-    state = options.initial_state;
+    state.head(options.initial_state.size()) = options.initial_state;
   } else if (options.from_equilibrium) {
     const Equilibrium equilibrium = static_equilibrium(plant, drive.col(0));
     if (equilibrium.status != Status::ok) return fail(equilibrium.status, equilibrium.message, 0, start_s);
     state.head(n) = equilibrium.positions;
   }
-  result.states.resize(2 * n, kept);
+  result.states.resize(size, kept);
   result.outputs.resize(plant.sensor_count(), kept);
 
-  Motion motion(plant);
   Stepper stepper(motion);
-  Vector u_rate = Vector::Zero(m), a(n);
+  Vector u_rate = Vector::Zero(m), a(n), z_rate(motion.memories());
   double* const q = state.data();
   double* const v = state.data() + n;
+  double* const z = state.data() + 2 * n;
   const auto left_domain = [&](int element, Index column, Index k) {
     const double time_s = start_s + static_cast<double>(k) * hold_s;
     return fail(Status::outside_domain,
@@ -111,18 +127,26 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
       for (Index i = 0; i < m; ++i) u_rate[i] = (drive(i, k) - drive(i, k - 1)) / hold_s;
     motion.set_inputs(drive.col(k).data(), u_rate.data());
     if (k >= options.lead_samples && (k - options.lead_samples) % options.decimation == 0) {
-      if (int e = motion.accelerations(q, v, a.data()); e >= 0) return left_domain(e, column, k);
+      if (int e = motion.accelerations(q, v, z, a.data(), z_rate.data()); e >= 0) return left_domain(e, column, k);
       motion.outputs(q, v, a.data(), result.outputs.col(column).data());
       result.states.col(column) = state;
       ++column;
     }
     if (k + 1 == N) break;  // nobody asks for the state after the last sample
     for (Index s = 0; s < options.substeps; ++s)
-      if (int e = stepper.step(h, q, v); e >= 0) return left_domain(e, column, k);
+      if (int e = stepper.step(h, q, v, z); e >= 0) return left_domain(e, column, k);
   }
   if (!all_finite(result.states) || !all_finite(result.outputs))
     return fail(Status::not_finite, "the state grew beyond all numbers", 0, start_s);
   return result;
+}
+
+Index stable_substeps(const Plant& plant, Index cap) {
+  const LinearPlant model = linearise(plant);
+  if (model.A.size() == 0) return 1;
+  const double fastest = eigenvalues(model.A).cwiseAbs().maxCoeff();
+  const double substeps = std::ceil(fastest / plant.hold_hz() / 2);
+  return static_cast<Index>(std::clamp(substeps, 1.0, static_cast<double>(cap)));
 }
 
 }  // namespace wheelhop

@@ -16,8 +16,8 @@ struct Equilibrium {
   Vector positions;  ///< n [m]
 };
 
-/// Positions at which all masses rest under constant inputs: sum of forces = 0. Damped Newton from the equilibrium of
-/// the plant linearised at zero; where a mass may drift freely, the solution nearest to zero.
+/// Positions at which all masses rest under constant inputs, memories at rest: sum of forces = 0. Damped Newton from
+/// the equilibrium of the plant linearised at zero; where a mass may drift freely, the solution nearest to zero.
 /// @param u m constant inputs.  Statuses: rank_deficient (a force that no spring balances), outside_domain,
 /// iteration_limit. Cost O(n^3) an iteration, at most 100.
 Equilibrium static_equilibrium(const Plant& plant, ConstVectorRef u);
@@ -27,13 +27,13 @@ struct SimulateOptions {
   Index decimation = 1;           ///< every how many hold samples one is kept, >= 1
   Index lead_samples = 0;         ///< hold samples at the start that are simulated but not kept
   bool from_equilibrium = false;  ///< start at rest in the equilibrium of the first drive sample
-  Vector initial_state = {};      ///< 2n [q; v]; empty: zero, or the equilibrium
+  Vector initial_state = {};      ///< 2n [q; v] with memories at rest, or 2n + s; empty: zero, or the equilibrium
 };
 
 struct Simulation {
   Status status = Status::ok;
   std::string message;
-  Matrix states;   ///< 2n x K, positions then velocities at the kept samples
+  Matrix states;   ///< (2n + s) x K, positions, velocities, then internal states of the laws, at the kept samples
   Matrix outputs;  ///< p x K sensors at the kept samples; fewer columns than asked for if the status is not ok
   double failure_time_s = 0;  ///< where the status is not ok; 0 is the first kept sample
 };
@@ -48,7 +48,13 @@ struct Simulation {
 /// @param drive m x N at the plant's hold rate, in the units of the inputs.
 /// Statuses: outside_domain with time and element, if in any Runge-Kutta stage a law has left its domain or is no
 /// longer finite; those of `static_equilibrium`; not_finite if the drive or the initial state is not finite.
-/// UserError on wrong shapes. Cost: 4 substeps N evaluations of the plant; nothing is allocated inside the loop.
+/// UserError on wrong shapes. The step has to suit the stiffest law; see `stable_substeps`. Cost: 4 substeps N
+/// evaluations of the plant; nothing is allocated inside the loop.
 Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options = {});
+
+/// Substeps with which every pole of the plant linearised at zero lies well inside the stability region of the
+/// integrator, |s| h <= 2, at most `cap`. Smoothed friction is stiffest there; an end stop is not seen. At least 1,
+/// also where the plant cannot be linearised. Cost O((2n + s)^3).
+Index stable_substeps(const Plant& plant, Index cap = 1000);
 
 }  // namespace wheelhop

@@ -33,6 +33,8 @@ Law sample_law(const LawKind& kind) {
   for (const LawParameter& parameter : kind.parameters) {
     if (parameter.is_list) {
       law.values = {900, -300, 40000};
+    } else if (parameter.typical != 0) {
+      law.values.push_back(parameter.typical);
     } else if (parameter.unit == "m") {
       law.values.push_back(parameter.name == "travel_limit_m" ? 0.08 : 0.03);
     } else {
@@ -203,6 +205,7 @@ TEST_CASE("every law of the table is the gradient of its energy or turns its wor
     CHECK(again.values == law.values);
     CHECK(again.kind == law.kind);
     CHECK(law.parameter_names().size() == law.values.size());
+    if (law.states() > 0) continue;  // their own laws stand in lemma/plant_laws.cpp
     double f = 1;
     REQUIRE(law.force(0, 0, f));
     CHECK(f == 0);
@@ -220,7 +223,7 @@ TEST_CASE("every law of the table is the gradient of its energy or turns its wor
       CHECK(df_dv == Approx((force(x, v + h) - force(x, v - h)) / (2 * h)).epsilon(1e-6).margin(1e-6));
       const double gradient = (law.energy(x + h) - law.energy(x - h)) / (2 * h);
       CHECK(force(x, v) * v == Approx(gradient * v + law.dissipation(x, v)).epsilon(1e-6).margin(1e-5));
-      CHECK(law.dissipation(x, v) >= 0);
+      if (!kind.is_correction) CHECK(law.dissipation(x, v) >= 0);
       if (kind.is_linear) CHECK(force(2 * x, 2 * v) == Approx(2 * force(x, v)));
     }
   }

@@ -1,0 +1,76 @@
+#include <cmath>
+
+#include "core/plant/laws.hpp"
+
+namespace wheelhop {
+namespace {
+
+enum { force, yield_travel, exponent, beta };
+
+// Share of the rate that yielding takes away: z' = (v - yielding) / x_y. Without the division by sgn(z), so that v
+// and |v| alone are read.
+double yielding(std::span<const double> p, double v, double z) {
+  return std::pow(std::abs(z), p[exponent]) * (p[beta] * std::copysign(std::abs(v), z) + (1 - p[beta]) * v);
+}
+
+}  // namespace
+
+// beta >= 1/2 makes the heat non-negative at every state: with less, the loop of a small cycle could turn around.
+LawKind bouc_wen() {
+  LawKind kind;
+  kind.name = "bouc_wen";
+  kind.equation = "F = F_z z, z' = (v/x_y) (1 - |z|^n (beta sgn(v z) + 1 - beta))";
+  kind.source = "R. Bouc 1967; Y. K. Wen 1976, J. Eng. Mech. Div. ASCE 102";
+  kind.parameters = {{.name = "force_n",
+                      .unit = "N",
+                      .meaning = "limit force F_z; bushings and strut 30 to 300 N",
+                      .range = {.low = 0},
+                      .typical = 80},
+                     {.name = "yield_travel_m",
+                      .unit = "m",
+                      .meaning = "travel x_y at which yielding sets in; 0.0002 to 0.004 m",
+                      .range = {.low = 1e-7},
+                      .typical = 0.001},
+                     {.name = "exponent",
+                      .unit = "-",
+                      .meaning = "sharpness n of yielding; 1 to 3",
+                      .range = {.low = 1, .high = 20},
+                      .required = false,
+                      .fallback = 1,
+                      .typical = 1},
+                     {.name = "beta",
+                      .unit = "-",
+                      .meaning = "1/2: unloading is elastic; 1: it is the mirror of loading",
+                      .range = {.low = 0.5, .high = 1},
+                      .required = false,
+                      .fallback = 0.5,
+                      .typical = 0.5}};
+  kind.force = nullptr;
+  kind.slopes = nullptr;
+  kind.energy = nullptr;
+  kind.dissipation = nullptr;
+  kind.check = nullptr;
+  kind.memory.states = 1;
+  kind.memory.force = [](std::span<const double> p, double, double v, const double* z, double& f, double* z_rate) {
+    f = p[force] * z[0];
+    z_rate[0] = (v - yielding(p, v, z[0])) / p[yield_travel];
+    return true;
+  };
+  kind.memory.slopes = [](std::span<const double> p, double, double v, const double* z, MemorySlopes& s) {
+    const double size = std::pow(std::abs(z[0]), p[exponent]);
+    s.df_dz[0] = p[force];
+    const double turn = v * z[0] > 0 ? 1 : v * z[0] < 0 ? -1 : 0;
+    s.dz_dv[0] = (1 - size * (p[beta] * turn + 1 - p[beta])) / p[yield_travel];
+    s.dz_dz[0] = z[0] == 0 ? 0 : -p[exponent] * yielding(p, v, z[0]) / (z[0] * p[yield_travel]);
+    return true;
+  };
+  kind.memory.energy = [](std::span<const double> p, const double* z) {
+    return 0.5 * p[force] * p[yield_travel] * z[0] * z[0];
+  };
+  kind.memory.dissipation = [](std::span<const double> p, double, double v, const double* z) {
+    return p[force] * z[0] * yielding(p, v, z[0]);
+  };
+  return kind;
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,52 @@
+#include <cmath>
+
+#include "core/plant/laws.hpp"
+
+namespace wheelhop {
+namespace {
+
+enum { damping, knee, exponent };
+
+double shape(std::span<const double> p, double v) { return std::pow(1 + std::abs(v) / p[knee], p[exponent] - 1); }
+
+}  // namespace
+
+LawKind power_law_damper() {
+  LawKind kind;
+  kind.name = "power_law_damper";
+  kind.equation = "F = d v (1 + |v|/v_0)^(n-1)";
+  kind.source = "blow-off valves (n < 1), orifice flow (n > 1); linear below the knee";
+  kind.parameters = {{.name = "damping_ns_per_m",
+                      .unit = "Ns/m",
+                      .meaning = "damping d at small speed",
+                      .range = {.low = 0},
+                      .typical = 1500},
+                     {.name = "knee_velocity_m_per_s",
+                      .unit = "m/s",
+                      .meaning = "speed v_0 at which the exponent takes over; 0.1 to 0.3 m/s",
+                      .range = {.low = 1e-6},
+                      .typical = 0.2},
+                     {.name = "exponent",
+                      .unit = "-",
+                      .meaning = "n of the force at large speed: 0 saturates, 1 is linear, 2 is an orifice",
+                      .range = {.low = -1, .high = 3},
+                      .required = false,
+                      .fallback = 0,
+                      .typical = 0.5}};
+  kind.force = [](std::span<const double> p, double, double v, double& f) {
+    f = p[damping] * v * shape(p, v);
+    return true;
+  };
+  kind.slopes = [](std::span<const double> p, double, double v, double& df_dx, double& df_dv) {
+    const double ratio = std::abs(v) / p[knee];
+    df_dx = 0;
+    df_dv = p[damping] * (shape(p, v) + ratio * (p[exponent] - 1) * std::pow(1 + ratio, p[exponent] - 2));
+    return true;
+  };
+  kind.energy = nullptr;
+  kind.dissipation = [](std::span<const double> p, double, double v) { return p[damping] * v * v * shape(p, v); };
+  kind.check = nullptr;
+  return kind;
+}
+
+}  // namespace wheelhop
