@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/data/resample.hpp"
@@ -10,8 +11,17 @@ namespace wheelhop {
 namespace {
 
 GeneratedRecord run(const Plant& plant, ConstMatrixRef drive, double sampling_hz, SimulateOptions options) {
-  options.decimation = hold_samples_per_record_sample(plant, sampling_hz);
-  Simulation simulation = simulate(plant, drive, options);
+  const Index ratio = hold_samples_per_record_sample(plant, sampling_hz);
+  // A filter in a sensor reads what lies between the samples of the record.
+  const bool filtered = any_sensor_lags(plant);
+  options.decimation = filtered ? 1 : ratio;
+  const Index first = std::clamp<Index>(options.lead_samples, 0, drive.cols());
+  Simulation simulation = simulate(plant, apply_drive_paths(plant, drive, first), options);
+  simulation.outputs = apply_sensor_paths(plant, simulation.outputs, filtered ? plant.hold_hz() : sampling_hz);
+  if (filtered) {
+    simulation.outputs = decimate(simulation.outputs, ratio);
+    simulation.states = decimate(simulation.states, ratio);
+  }
   GeneratedRecord record;
   record.status = simulation.status;
   record.message = std::move(simulation.message);

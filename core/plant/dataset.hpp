@@ -1,5 +1,7 @@
 /// \file
-/// From a drive to a record as a measuring system would see it, and from a record back to a simulation.
+/// From a drive to a record as a measuring system would see it, and from a record back to a simulation. Both go through
+/// the drive paths and sensor paths of the plant (paths.hpp); `simulate` itself knows neither, and the `u` of a record
+/// is the command.
 #pragma once
 
 #include <string>

@@ -125,6 +125,7 @@ PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& place
     const std::vector<std::string> movable = movable_names(plant);
     read_place(cursor, "on", movable, movable, input.from, input.to);
   }
+  input.path = parse_drive_path(cursor);
   cursor.done();
   if (!plant.inputs.empty() && input.hold_hz != plant.inputs.front().hold_hz)
     cursor.at("hold_hz").fail("the hold rate of the other inputs (all inputs are held at the same instants)");
@@ -166,6 +167,7 @@ Sensor read_sensor(const JsonCursor& cursor, const Plant& plant, Names& channels
     nodes.push_back(ground);
   }
   read_place(cursor, "of", movable, nodes, sensor.from, sensor.to);
+  sensor.path = parse_sensor_path(cursor);
   cursor.done();
   return sensor;
 }
@@ -200,6 +202,8 @@ Plant parse_plant(const JsonCursor& cursor) {
     for (const JsonCursor& item : list->items()) plant.elements.push_back(read_element(item, plant, places));
   for (const JsonCursor& item : read_list(cursor, "sensors", "sensor"))
     plant.sensors.push_back(read_sensor(item, plant, channels));
+  check_crosstalk(cursor.at("sensors"), plant);
+  plant.clock_skew = cursor.number("clock_skew", 0, {.low = -0.01, .high = 0.01});
   cursor.done();
   require_every_mass_connected(cursor, plant);
   return plant;
@@ -249,6 +253,7 @@ Json to_json(const Plant& plant) {
     if (force) write_place(item, "on", plant, input.from, input.to);
     item["hold_hz"] = input.hold_hz;
     item["interpolation"] = input.interpolation;
+    write_path(item, input.path);
     out["inputs"].push_back(std::move(item));
   }
   out["elements"] = Json::array();
@@ -262,8 +267,10 @@ Json to_json(const Plant& plant) {
     Json item = {{"name", sensor.name}, {"kind", kind_name(sensor.kind)}};
     write_place(item, "of", plant, sensor.from, sensor.to);
     item["unit"] = sensor.unit;
+    write_path(item, sensor.path);
     out["sensors"].push_back(std::move(item));
   }
+  if (plant.clock_skew != 0) out["clock_skew"] = plant.clock_skew;
   return out;
 }
 

@@ -20,9 +20,31 @@ std::string joined(const std::vector<std::string>& names) {
                   (near.empty() ? "" : ", did you mean \"" + near + "\"?") + " Known: " + joined(known));
 }
 
+/// Calls visit(name, location, unit, value, tolerance) for every number of the paths; those that are ideal only if
+/// `all`.
+template <class AnyPlant, class Visit>
+void visit_paths(AnyPlant& plant, bool all, Visit visit) {
+  const auto in = [&](const std::string& prefix, const std::string& location) {
+    return [&visit, all, prefix, location](const char* key, const std::string& unit, auto& value, double ideal, Range) {
+      if (all || value != ideal) visit(prefix + key, location, unit, value, default_tolerance);
+    };
+  };
+  for (auto& input : plant.inputs) {
+    const std::string place = "actuator:" + input.name;
+    visit_drive_path(input.path, input.unit, in(place + ".", plant.inputs.size() == 1 ? "actuator" : place));
+  }
+  for (auto& sensor : plant.sensors) {
+    const std::string place = "sensor:" + sensor.name;
+    visit_sensor_path(sensor.path, sensor.unit, in(place + ".", place));
+    for (auto& [channel, factor] : sensor.path.crosstalk)
+      visit(place + ".crosstalk." + channel, place, "-", factor, default_tolerance);
+  }
+  in("timebase.", "timebase")("clock_skew", "-", plant.clock_skew, 0, Range{});
+}
+
 /// Calls visit(name, location, unit, value, tolerance) for every scalar that a fit may move.
 template <class AnyPlant, class Visit>
-void visit_parameters(AnyPlant& plant, Visit visit) {
+void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
   for (auto& mass : plant.masses) visit(mass.name + ".mass_kg", mass.name, "kg", mass.mass_kg, mass.tolerance);
   for (auto& element : plant.elements) {
     for (std::size_t i = 0; i < element.laws.size(); ++i) {
@@ -39,6 +61,7 @@ void visit_parameters(AnyPlant& plant, Visit visit) {
       }
     }
   }
+  visit_paths(plant, ideal_paths, visit);
 }
 
 std::vector<std::string> parameter_names(const Plant& plant) {
@@ -98,16 +121,17 @@ std::vector<Channel> Plant::output_channels() const {
 
 std::vector<PlantParameter> plant_parameters(const Plant& plant) {
   std::vector<PlantParameter> list;
-  visit_parameters(plant, [&](const std::string& name, const std::string& location, const std::string& unit,
-                              double value, double tolerance) {
-    list.push_back({name, location, unit, value, tolerance});
-  });
+  visit_parameters(plant, false,
+                   [&](const std::string& name, const std::string& location, const std::string& unit, double value,
+                       double tolerance) {
+                     list.push_back({name, location, unit, value, tolerance});
+                   });
   return list;
 }
 
 double get_parameter(const Plant& plant, std::string_view name) {
   const double* found = nullptr;
-  visit_parameters(plant,
+  visit_parameters(plant, true,
                    [&](const std::string& own, const std::string&, const std::string&, const double& value, double) {
                      if (own == name) found = &value;
                    });
@@ -117,9 +141,10 @@ double get_parameter(const Plant& plant, std::string_view name) {
 
 void set_parameter(Plant& plant, std::string_view name, double value) {
   double* found = nullptr;
-  visit_parameters(plant, [&](const std::string& own, const std::string&, const std::string&, double& slot, double) {
-    if (own == name) found = &slot;
-  });
+  visit_parameters(plant, true,
+                   [&](const std::string& own, const std::string&, const std::string&, double& slot, double) {
+                     if (own == name) found = &slot;
+                   });
   if (!found) unknown(plant, "parameter", name, parameter_names(plant));
   *found = value;
 }

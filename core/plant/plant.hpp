@@ -12,6 +12,7 @@
 #include "core/base/json.hpp"
 #include "core/data/signal.hpp"
 #include "core/plant/laws.hpp"
+#include "core/plant/paths.hpp"
 
 namespace wheelhop {
 
@@ -40,6 +41,7 @@ struct PlantInput {
   std::string interpolation = "band_limited";  ///< between the samples of a slower record: band_limited, zoh, linear
   /// A force acts as -u on the first and +u on the second node; ("ground", mass) for a force `on` a mass.
   std::string from, to;
+  DrivePath path = {};  ///< from the command to what the plant feels
 };
 
 struct Element {
@@ -55,6 +57,7 @@ struct Sensor {
   SensorKind kind = SensorKind::displacement;
   std::string from, to;  ///< reads x_to - x_from; from = "ground" for a sensor `of` a mass
   std::string unit;      ///< "m", "m/s" or "m/s^2"
+  SensorPath path = {};  ///< from the ideal reading to the record
 };
 
 struct Plant {
@@ -64,6 +67,7 @@ struct Plant {
   std::vector<PlantInput> inputs;
   std::vector<Element> elements;
   std::vector<Sensor> sensors;
+  double clock_skew = 0;  ///< the drive's clock runs 1 + skew times as fast as that of the records
 
   Index mass_count() const { return static_cast<Index>(masses.size()); }
   Index input_count() const { return static_cast<Index>(inputs.size()); }
@@ -88,16 +92,19 @@ Json to_json(const Plant& plant);
 /// A scalar of the plant that a fit may move.
 struct PlantParameter {
   std::string name;      ///< "body.mass_kg", "suspension.viscous_damper.damping_ns_per_m"; a second law of the same
-                         ///< kind in one element is "suspension.linear_spring[2].stiffness_n_per_m"
-  std::string location;  ///< name of the mass or element
+                         ///< kind in one element is "suspension.linear_spring[2].stiffness_n_per_m"; paths are
+                         ///< "actuator:road.delay_s", "sensor:travel.lag.time_constant_s", "timebase.clock_skew"
+  std::string location;  ///< name of the mass or element; `actuator` (`actuator:NAME` where there are several inputs),
+                         ///< `sensor:NAME`, `timebase`
   std::string unit;
   double value = 0;
   double tolerance = default_tolerance;  ///< relative standard deviation of the value
 };
 
-/// All masses, then all finite law parameters in the order of the file.
+/// All masses, then all finite law parameters in the order of the file, then what the paths hold beside the ideal.
 std::vector<PlantParameter> plant_parameters(const Plant& plant);
-/// UserError naming the known parameters if there is no such name. The range is the caller's business: fits may probe.
+/// These know the ideal parameters of the paths too. UserError naming the known ones if there is no such name. The
+/// range is the caller's business: fits may probe.
 double get_parameter(const Plant& plant, std::string_view name);
 void set_parameter(Plant& plant, std::string_view name, double value);
 

@@ -1,0 +1,105 @@
+/// \file
+/// What lies between a command and the plant, and between the plant and a record: drive paths and sensor paths. All of
+/// it is optional in a plant file, as keys of the inputs and sensors; absent keys are ideal.
+///
+/// Input: `"gain": 1, "offset": 0, "delay_s": 0, "lag": {...}, "rate_limit": none, "saturation": none`; the plant feels
+///   saturate(limit(lag(gain u(t (1 + clock_skew) - delay_s) + offset))), offset, rate limit and saturation in the
+///   input's unit (the limit per second).
+/// Sensor: `"gain": 1, "crosstalk": {CHANNEL: factor}, "lag": {...}, "bias": 0, "drift_per_s": 0, "quantum": 0`; the
+///   record holds round(lag(gain y + sum factor y_CHANNEL) + bias + drift_per_s t), t from the record's first sample.
+/// `lag`: `{"time_constant_s": tau}` is 1 / (1 + tau s); `{"cutoff_hz": f, "damping_ratio": 0.7}` is
+///   w^2 / (s^2 + 2 zeta w s + w^2), w = 2 pi f.
+/// Plant: `"clock_skew": e`, the drive's clock runs 1 + e times as fast as that of the record.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/json.hpp"
+
+namespace wheelhop {
+
+struct Lag {
+  double time_constant_s = 0;                                  ///< 0: none
+  double cutoff_hz = std::numeric_limits<double>::infinity();  ///< infinite: none
+  double damping_ratio = 0.7;
+};
+
+struct DrivePath {
+  double gain = 1;
+  double offset = 0;
+  double delay_s = 0;
+  Lag lag = {};
+  double rate_limit = std::numeric_limits<double>::infinity();
+  double saturation = std::numeric_limits<double>::infinity();
+};
+
+struct SensorPath {
+  double gain = 1;
+  double bias = 0;
+  double drift_per_s = 0;
+  double quantum = 0;  ///< step of the converter; 0: none
+  Lag lag = {};
+  std::vector<std::pair<std::string, double>> crosstalk = {};  ///< by channel: what of its ideal reading is added
+};
+
+/// Calls visit(key, unit, value, ideal, range) for every number of a lag or path, but not for crosstalk. `unit` is
+/// that of the channel.
+template <class AnyLag, class Visit>
+void visit_lag(AnyLag& lag, Visit visit) {
+  visit("lag.time_constant_s", "s", lag.time_constant_s, Lag{}.time_constant_s, Range{.low = 1e-7});
+  visit("lag.cutoff_hz", "Hz", lag.cutoff_hz, Lag{}.cutoff_hz, Range{.low = 1e-3});
+  visit("lag.damping_ratio", "-", lag.damping_ratio, Lag{}.damping_ratio, Range{.low = 0.05, .high = 20});
+}
+template <class AnyPath, class Visit>
+void visit_drive_path(AnyPath& path, const std::string& unit, Visit visit) {
+  const DrivePath ideal;
+  visit("gain", "-", path.gain, ideal.gain, Range{});
+  visit("offset", unit, path.offset, ideal.offset, Range{});
+  visit("delay_s", "s", path.delay_s, ideal.delay_s, Range{.low = -10, .high = 10});
+  visit_lag(path.lag, visit);
+  visit("rate_limit", unit + "/s", path.rate_limit, ideal.rate_limit, Range{.low = 1e-12});
+  visit("saturation", unit, path.saturation, ideal.saturation, Range{.low = 1e-12});
+}
+template <class AnyPath, class Visit>
+void visit_sensor_path(AnyPath& path, const std::string& unit, Visit visit) {
+  const SensorPath ideal;
+  visit("gain", "-", path.gain, ideal.gain, Range{});
+  visit("bias", unit, path.bias, ideal.bias, Range{});
+  visit("drift_per_s", unit + "/s", path.drift_per_s, ideal.drift_per_s, Range{});
+  visit_lag(path.lag, visit);
+  visit("quantum", unit, path.quantum, ideal.quantum, Range{.low = 0});
+}
+
+struct Plant;
+
+/// Reads the keys of a path that stand in the object of an input or sensor; `cursor.done()` is the caller's. UserError
+/// on a number outside its range, and on a lag of both kinds or of none. Channels of a crosstalk are checked by
+/// `check_crosstalk`, once all sensors are known.
+DrivePath parse_drive_path(const JsonCursor& cursor);
+SensorPath parse_sensor_path(const JsonCursor& cursor);
+void check_crosstalk(const JsonCursor& sensors, const Plant& plant);
+/// Adds the keys that differ from the ideal.
+void write_path(Json& out, const DrivePath& path);
+void write_path(Json& out, const SensorPath& path);
+
+/// The drive as the plant feels it. @param drive m x N commands at the plant's hold rate. @param first_sample column
+/// at which the record's time starts, for the clock skew. Before and behind the record the command is held.
+/// A fractional delay is a windowed sinc of 16 samples either side (Blackman-Harris): exact for whole samples, within
+/// 1e-4 of the amplitude below 0.37 of the hold rate. Lags start at rest at their first value and follow the command
+/// between its samples to fourth order in frequency over hold rate.
+Matrix apply_drive_paths(const Plant& plant, ConstMatrixRef drive, Index first_sample);
+
+/// Readings as a record holds them. @param ideal p x N at `rate_hz`, the first column at the record's first sample.
+Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_hz);
+/// True if a sensor filters, so that its readings are needed at the hold rate.
+bool any_sensor_lags(const Plant& plant);
+
+/// u(t_k (1 + skew) - delay) on the grid of u, t = 0 at column `first_sample`; delay in samples.
+Vector resample_on_grid(ConstVectorRef u, double delay_samples, double skew, Index first_sample);
+/// The samples of a filtered signal. @param rate_hz of u
+Vector apply_lag(const Lag& lag, ConstVectorRef u, double rate_hz);
+
+}  // namespace wheelhop
