@@ -15,6 +15,8 @@ LawKind asymmetric_damper();
 LawKind digressive_damper();
 LawKind power_law_damper();
 LawKind position_dependent_damper();
+LawKind fading_damper();
+LawKind cavitating_damper();
 LawKind bump_stop();
 LawKind backlash();
 LawKind liftoff();
@@ -31,6 +33,8 @@ const std::vector<LawKind>& law_table() {
                                              digressive_damper(),
                                              power_law_damper(),
                                              position_dependent_damper(),
+                                             fading_damper(),
+                                             cavitating_damper(),
                                              bump_stop(),
                                              backlash(),
                                              liftoff()};
