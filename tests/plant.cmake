@@ -2,6 +2,7 @@
 wheelhop_test(conformance/plant.cpp wheelhop_plant)
 wheelhop_test(lemma/plant.cpp wheelhop_plant)
 wheelhop_test(lemma/plant_laws.cpp wheelhop_plant)
+wheelhop_test(lemma/plant_memory.cpp wheelhop_plant)
 wheelhop_test(lemma/plant_paths.cpp wheelhop_plant)
 wheelhop_test(lemma/road.cpp wheelhop_plant)
 wheelhop_test(end_to_end/generate.cpp wheelhop_plant)
