@@ -1,5 +1,7 @@
 #include "core/plant/plant.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "core/base/status.hpp"
@@ -52,7 +54,7 @@ void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
       int occurrence = 1;
       for (std::size_t j = 0; j < i; ++j) occurrence += element.laws[j].kind == law.kind;
       std::string prefix = element.name + "." + law.kind->name;
-      if (occurrence > 1) prefix += "[" + std::to_string(occurrence) + "]";
+      if (occurrence > 1) prefix += fmt::format("[{}]", occurrence);
       const std::vector<std::string> names = law.parameter_names();
       for (std::size_t k = 0; k < law.values.size(); ++k) {
         if (!std::isfinite(law.values[k])) continue;  // "none", e.g. no travel limit
