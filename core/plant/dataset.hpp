@@ -14,7 +14,7 @@ struct GeneratedRecord {
   Status status = Status::ok;
   std::string message;
   Signal signal;  ///< noise-free; whole only if the status is ok
-  Matrix states;  ///< 2n x N at the record's samples
+  Matrix states;  ///< (2n + s) x N at the record's samples, as those of `simulate`
 };
 
 /// Number of hold intervals in one sample of a record. UserError naming both rates unless it is a whole number >= 1.

@@ -57,6 +57,7 @@ Motion::Motion(const Plant& plant) {
     sensors_.push_back({sensor.kind, plant.node(sensor.from), plant.node(sensor.to)});
   const std::size_t nodes = plant.node_names().size();
   z_rate_.assign(rest_.size(), 0);
+  element_force_.assign(branches_.size(), 0);
   x_.assign(nodes, 0);
   v_.assign(nodes, 0);
   force_.assign(nodes, 0);
@@ -131,6 +132,7 @@ int Motion::accelerations(const double* q, const double* v, const double* z, dou
     if (!force(branch, travel, v_[branch.to] - v_[branch.from], z, sum, z_rate) || !std::isfinite(sum))
       return static_cast<int>(b);
     if (branch.modified) sum = std::min(sum, branch.contact_n);
+    element_force_[b] = sum;
     force_[branch.from] += sum;
     force_[branch.to] -= sum;
   }

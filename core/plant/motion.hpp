@@ -39,6 +39,9 @@ class Motion {
 
   /// Travel [m] of an element in the evaluation before.
   double travel(int element) const;
+  /// Force [N] of an element in the `accelerations` before: the sum of its laws, clearance and contact included, that
+  /// pulls its second node toward its first. Written only if that evaluation was defined.
+  double element_force(Index element) const { return element_force_[static_cast<std::size_t>(element)]; }
 
   /// Sensor readings y (p) at a state and its accelerations, under the inputs set before.
   void outputs(const double* q, const double* v, const double* a, double* y) const;
@@ -123,6 +126,7 @@ class Motion {
   std::vector<SensorPlace> sensors_;
   std::vector<double> x_, v_, force_, applied_;  // one entry a node
   std::vector<double> rest_, z_rate_;            // one entry a memory: zeros, and scratch
+  std::vector<double> element_force_;            // one entry an element
   double play_leak_ = 0;
 };
 

@@ -152,11 +152,23 @@ Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_
     y = apply_lag(path.lag, y, rate_hz);
     if (path.bias != 0 || path.drift_per_s != 0)
       for (Index k = 0; k < y.size(); ++k) y(k) += path.bias + path.drift_per_s * static_cast<double>(k) / rate_hz;
-    if (path.quantum > 0)
-      for (double& value : y) value = path.quantum * std::round(value / path.quantum);
     readings.row(i) = y.transpose();
   }
+  quantise(plant, readings);
   return readings;
+}
+
+void quantise(const Plant& plant, Matrix& readings) {
+  for (Index i = 0; i < readings.rows(); ++i) {
+    const double quantum = plant.sensors[static_cast<std::size_t>(i)].path.quantum;
+    if (quantum > 0)
+      for (double& value : readings.row(i)) value = quantum * std::round(value / quantum);
+  }
+}
+
+Plant unquantised(Plant plant) {
+  for (Sensor& sensor : plant.sensors) sensor.path.quantum = 0;
+  return plant;
 }
 
 }  // namespace wheelhop

@@ -94,6 +94,10 @@ Matrix apply_drive_paths(const Plant& plant, ConstMatrixRef drive, Index first_s
 
 /// Readings as a record holds them. @param ideal p x N at `rate_hz`, the first column at the record's first sample.
 Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_hz);
+/// Rounding alone, and the plant without it: noise enters a measurement before its converter.
+/// @param readings p x N, in place
+void quantise(const Plant& plant, Matrix& readings);
+Plant unquantised(Plant plant);
 /// True if a sensor filters, so that its readings are needed at the hold rate.
 bool any_sensor_lags(const Plant& plant);
 

@@ -181,6 +181,23 @@ TEST_CASE("stored energy grows by the power of the inputs less the heat with eve
   }
 }
 
+TEST_CASE("the forces of the elements are those that accelerate the masses, memories and contact included") {
+  Plant plant = plant_from(quarter_car_text);
+  for (Element& element : plant.elements)
+    for (const std::string& law : {hysteresis_text, maxwell_text, friction_text}) element.laws.push_back(law_from(law));
+  plant.elements[1].laws.push_back(law_from(R"({"law": "liftoff", "static_load_n": 900})"));
+  Motion motion(plant);
+  const Vector q = (Vector(2) << 0.03, 0.02).finished(), v = (Vector(2) << 0.4, -0.1).finished(),
+               rest = Vector::Zero(1);
+  const Vector z = (Vector(4) << 0.5, 70, -0.3, 20).finished();
+  Vector a(2), z_rate(4);
+  motion.set_inputs(rest.data(), rest.data());
+  REQUIRE(motion.accelerations(q.data(), v.data(), z.data(), a.data(), z_rate.data()) == Motion::all_defined);
+  CHECK(motion.element_force(1) == 900);  // 200 kN/m over 20 mm would be 4000 N
+  CHECK(300 * a(0) == Approx(-motion.element_force(0)));
+  CHECK(40 * a(1) == Approx(motion.element_force(0) - motion.element_force(1)));
+}
+
 TEST_CASE("the linearisation of a plant with memories is the derivative of all its equations") {
   Plant plant = plant_from(quarter_car_text);
   for (Element& element : plant.elements) {
