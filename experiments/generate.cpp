@@ -80,7 +80,7 @@ Config read_config(const JsonCursor& cursor) {
   }
   config.seed = cursor.integer("seed", 1, 0, std::numeric_limits<Index>::max());
   config.realisation = cursor.integer("realisation", 0, 0, std::numeric_limits<Index>::max());
-  config.substeps = cursor.integer("substeps", 1, 1, 1000);
+  config.substeps = cursor.integer("substeps", stable_substeps(config.plant), 1, 1000);
   if (auto member = cursor.find("noise_snr_db"))
     if (!member->raw().is_null()) config.noise_snr_db = member->number({.low = -100, .high = 300});
   config.settle_s = cursor.number("settle_s", config.settle_s, {.low = 0, .high = 1e5});
@@ -162,7 +162,7 @@ int run_generate(const std::filesystem::path& config_file, const std::filesystem
                    group.duration_s);
     const GroupDrive drive = make_group_drive(config, g, lead);
     const GeneratedRecord clean = generate_record(
-        config.plant, drive.values, config.sampling_hz,
+        unquantised(config.plant), drive.values, config.sampling_hz,
         {.substeps = config.substeps, .lead_samples = lead, .from_equilibrium = config.from_equilibrium});
     if (clean.status != Status::ok) {
       provenance["status"] = std::string(to_string(clean.status));
@@ -183,6 +183,7 @@ int run_generate(const std::filesystem::path& config_file, const std::filesystem
                       static_cast<std::uint64_t>(config.realisation));
         noise_std = add_noise(record.signal, *config.noise_snr_db, random);
       }
+      quantise(config.plant, record.signal.y);
       noise_power += noise_std.cwiseAbs2();
       Json levels = Json::object();
       for (Index i = 0; i < noise_std.size(); ++i)

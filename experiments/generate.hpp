@@ -10,8 +10,9 @@ namespace wheelhop {
 /// `provenance.json` (effective config, seeds, version, level of the noise, lines of a multisine) into `out`.
 ///
 /// Config: `{"plant": FILE or object, "sampling_hz": 200, "hold_hz"?: of the plant, "seed"?: 1, "realisation"?: 0,
-/// "noise_snr_db"?: null, "settle_s"?: 2, "start"?: "equilibrium" | "zero", "substeps"?: 1, "records": [{"role":
-/// "estimation" | "validation", "duration_s": 60, "drive": DRIVE or {INPUT: DRIVE, ...}, "repeats"?: 1}]}`.
+/// "noise_snr_db"?: null, "settle_s"?: 2, "start"?: "equilibrium" | "zero", "substeps"?: what the stiffest law
+/// needs (1 for a car on its tyres), "records": [{"role": "estimation" | "validation", "duration_s": 60, "drive": DRIVE
+/// or {INPUT: DRIVE, ...}, "repeats"?: 1}]}`. Noise enters a measurement before its converter rounds.
 /// One DRIVE is used for every input, with other random numbers for each; inputs left out of a list stay at zero.
 /// Repeats share the drive and have fresh noise.
 ///

@@ -6,6 +6,7 @@
 #include "core/data/metrics.hpp"
 #include "core/data/noise.hpp"
 #include "core/plant/dataset.hpp"
+#include "core/plant/motion.hpp"
 #include "experiments/reproduce_study.hpp"
 
 namespace wheelhop {
@@ -33,7 +34,7 @@ GeneratedRecord make_record(const ReproduceConfig& config, Index which, double s
                   static_cast<std::uint64_t>(realisation));
     drive.row(i) = make_drive(config.drive, hold_hz, lead, samples, random).values;
   }
-  return generate_record(plant, drive, config.sampling_hz,
+  return generate_record(unquantised(plant), drive, config.sampling_hz,
                          {.substeps = config.substeps, .lead_samples = lead, .from_equilibrium = true});
 }
 
@@ -54,10 +55,12 @@ bool make_records(const ReproduceConfig& config, RealisationRow& row, Records& r
       records.states = std::move(record.states);
     }
     records.noise_std = Vector::Zero(signal.output_count());
-    if (!config.snr_db) continue;
-    Random random(static_cast<std::uint64_t>(config.seed), Stream::noise, static_cast<std::uint64_t>(which),
-                  static_cast<std::uint64_t>(row.realisation));
-    records.noise_std = add_noise(signal, *config.snr_db, random);
+    if (config.snr_db) {
+      Random random(static_cast<std::uint64_t>(config.seed), Stream::noise, static_cast<std::uint64_t>(which),
+                    static_cast<std::uint64_t>(row.realisation));
+      records.noise_std = add_noise(signal, *config.snr_db, random);
+    }
+    quantise(config.plant, signal.y);
   }
   return true;
 }
@@ -88,22 +91,22 @@ Matrix nonlinear_part(ConstMatrixRef signal, ConstMatrixRef regressors) {
 
 /// R^2 between the nonlinear parts of f and of the true force of the suspension along the validation record.
 double spring_r2(const ReproduceConfig& config, const Records& records, ConstMatrixRef f) {
-  const Element& suspension = config.plant.elements[static_cast<std::size_t>(config.car.suspension)];
   const Index n = config.plant.mass_count();
-  const double sign = suspension.to == config.plant.masses[static_cast<std::size_t>(config.car.body)].name ? 1 : -1;
+  Motion motion(config.plant);
+  // The suspension stands between two masses: neither the rate of the inputs nor their paths bear on its force.
+  const Vector at_rest = Vector::Zero(motion.inputs());
+  Vector a(n), z_rate(motion.memories());
   Matrix force(1, records.states.cols());
   for (Index k = 0; k < force.cols(); ++k) {
-    const double x = sign * (records.states(config.car.body, k) - records.states(config.car.wheel, k));
-    const double v = sign * (records.states(n + config.car.body, k) - records.states(n + config.car.wheel, k));
-    force(k) = 0;
-    for (const Law& law : suspension.laws) {
-      double part = 0;
-      if (!law.force(x, v, part)) return std::numeric_limits<double>::quiet_NaN();
-      force(k) += part;
-    }
+    motion.set_inputs(records.validation.u.col(k).data(), at_rest.data());
+    const double* const q = records.states.col(k).data();
+    if (motion.accelerations(q, q + n, q + 2 * n, a.data(), z_rate.data()) != Motion::all_defined)
+      return std::numeric_limits<double>::quiet_NaN();
+    force(k) = motion.element_force(config.car.suspension);
   }
-  Matrix regressors(records.states.rows() + records.validation.u.rows(), force.cols());
-  regressors << records.states, records.validation.u;
+  // Internal states of the laws are no part of the linear model: what they carry of the force stays in it.
+  Matrix regressors(2 * n + records.validation.u.rows(), force.cols());
+  regressors << records.states.topRows(2 * n), records.validation.u;
   const Matrix truth = nonlinear_part(force, regressors), identified = nonlinear_part(f, regressors);
   if (!(truth.squaredNorm() > 0)) return std::numeric_limits<double>::quiet_NaN();
   const double left = least_squares(identified, truth).residual_norm;

@@ -61,7 +61,8 @@ Run run_model(const ModelFile& model, const Record& record, bool estimate, bool 
 }
 
 Run run_plant(const Plant& plant, const Record& record) {
-  GeneratedRecord run = simulate_record(plant, record.signal);
+  GeneratedRecord run =
+      simulate_record(plant, record.signal, {.substeps = stable_substeps(plant), .from_equilibrium = true});
   return {run.status, run.message, std::move(run.signal.y)};
 }
 

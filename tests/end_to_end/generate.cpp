@@ -92,6 +92,27 @@ TEST_CASE("the noise of a generated record has the level asked for and changes n
   CHECK(noisy.noise_std.size() == 3);
 }
 
+TEST_CASE("a converter rounds what it measures with its noise, and a stiff law is followed in shorter steps") {
+  const Folder folder;
+  Json plant = parse_json(quarter_car_text, "plant.json");
+  plant["sensors"][1]["quantum"] = 0.05;
+  plant["inputs"][0]["delay_s"] = 0.004;
+  plant["elements"][0]["laws"].push_back(
+      {{"law", "maxwell_branch"}, {"series_stiffness_n_per_m", 4e5}, {"relaxation_s", 1e-4}});
+  Json config = small_config();
+  config["plant"] = plant;
+  REQUIRE(generate(folder, config, "noisy").code == 0);
+  config["noise_snr_db"] = nullptr;
+  REQUIRE(generate(folder, config, "clean").code == 0);
+  const Json provenance = parse_json(read_file(folder / "noisy" / "provenance.json"), "provenance.json");
+  CHECK(provenance.at("config").at("substeps").get<int>() >= 5);  // 1 / 0.1 ms is 10 in a hold interval of 1 ms
+  const RecordSet noisy = load(folder, "noisy"), clean = load(folder, "clean");
+  const Eigen::RowVectorXd steps = noisy.records[0].signal.y.row(1) / 0.05;
+  CHECK((steps.array() - steps.array().round()).abs().maxCoeff() < 1e-6);
+  CHECK(noisy.records[0].signal.y.row(1) != clean.records[0].signal.y.row(1));
+  CHECK(noisy.records[0].signal.u == clean.records[0].signal.u);
+}
+
 TEST_CASE("a drive beyond the end stop ends with status 1 and says where; no record is written") {
   const Folder folder;
   Json config = small_config();

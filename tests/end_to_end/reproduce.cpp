@@ -98,6 +98,28 @@ TEST_CASE("another seed gives other numbers, and noise brings the residual over 
   }
 }
 
+TEST_CASE("a suspension with friction, memory and clearance is reproduced like any other") {
+  const Folder folder;
+  write_config(folder, [](Json& config) {
+    Json plant = parse_json(read_file(config.at("plant").get<std::string>()), "plant.json");
+    for (Json& element : plant.at("elements")) {
+      if (element.at("name") != "suspension") continue;
+      for (const char* law :
+           {R"({"law": "coulomb_friction", "force_n": 10})",
+            R"({"law": "bouc_wen", "force_n": 20, "yield_travel_m": 0.001})", R"({"law": "backlash", "gap_m": 1e-5})"})
+        element.at("laws").push_back(Json::parse(law));
+    }
+    config["plant"] = plant;
+    config["realisations"] = 1;
+    config["estimation_s"] = 60;
+  });
+  const Said said = run_program(command(folder, "a", "--quiet"), "PATH=/nowhere");
+  INFO(said.err);
+  CHECK(said.status == 0);
+  const Json table = parse_json(read_file(folder / "a/table1.json"), "table1.json");
+  CHECK(table.at("per_realisation").at(0).at("physics").at("spring_r2").get<double>() > 0.999);
+}
+
 TEST_CASE("mistakes end with status 2 and one line before anything is made") {
   const Folder folder;
   const auto refused = [&](const std::function<void(Json&)>& edit, const std::string& more = "") {
