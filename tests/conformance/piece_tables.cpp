@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <set>
 
+#include "core/plant/laws.hpp"
 #include "experiments/list.hpp"
 #include "variants/table.hpp"
 
@@ -41,6 +42,28 @@ TEST_CASE("every piece names its source and meaning, and every option its defaul
   }
   for (const char* name : {"subspace", "inversion", "nonlinearity", "solver", "pipeline", "law", "drive"})
     CHECK(families_listed.count(name) == 1);
+}
+
+TEST_CASE("every file of the laws is one entry of the list, with the parameters of a plant file") {
+  std::set<std::string> files, names;
+  for (const auto& entry : std::filesystem::directory_iterator(WHEELHOP_SOURCE "/core/plant/laws"))
+    files.insert(entry.path().stem());
+  const Json list = list_pieces();
+  for (const Json& family : list.at("families")) {
+    if (family.at("family") != "law") continue;
+    for (const Json& law : family.at("pieces")) {
+      INFO(law.at("name"));
+      CHECK(names.insert(law.at("name")).second);
+      const LawKind* kind = find_law(law.at("name").get<std::string>());
+      REQUIRE(kind);
+      REQUIRE(law.at("options").size() == kind->parameters.size());
+      for (std::size_t k = 0; k < kind->parameters.size(); ++k) {
+        CHECK(law.at("options").at(k).at("name") == kind->parameters[k].name);
+        CHECK((law.at("options").at(k).at("default") == "required") == kind->parameters[k].required);
+      }
+    }
+  }
+  CHECK(files == names);
 }
 
 TEST_CASE("the effective options of a piece make the same piece again") {
