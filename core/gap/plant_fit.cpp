@@ -75,7 +75,7 @@ class PlantProblem final : public ResidualProblem {
   bool run(const Plant& plant, ConstVectorRef theta, std::size_t i, VectorRef r) const {
     const FitRecord& record = records_[i];
     const Simulation result =
-        simulate(plant, record.drive, {.decimation = record.ratio, .initial_state = initial_state(theta, i)});
+        simulate_measured(plant, record.drive, {.decimation = record.ratio, .initial_state = initial_state(theta, i)});
     if (result.status != Status::ok) return false;
     const Index kept = record.y.cols() - record.skip;
     r.reshaped(record.y.rows(), kept) = record.weight_std.cwiseInverse().asDiagonal() *
@@ -130,10 +130,10 @@ bool typical_states(const Plant& plant, const std::vector<FitRecord>& records, V
   start.resize(n2 * static_cast<Index>(records.size()));
   for (std::size_t i = 0; i < records.size(); ++i) {
     const Simulation result =
-        simulate(plant, records[i].drive, {.decimation = records[i].ratio, .from_equilibrium = true});
+        simulate_measured(plant, records[i].drive, {.decimation = records[i].ratio, .from_equilibrium = true});
     if (result.status != Status::ok) return false;
-    scale = scale.cwiseMax(rms(result.states));
-    start.segment(n2 * static_cast<Index>(i), n2) = result.states.col(0);
+    scale = scale.cwiseMax(rms(result.states.topRows(n2)));
+    start.segment(n2 * static_cast<Index>(i), n2) = result.states.col(0).head(n2);
   }
   // A mass that never moves still needs a scale.
   scale = scale.cwiseMax(1e-9 + 1e-6 * scale.maxCoeff());
@@ -210,8 +210,8 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
   for (std::size_t i = 0; i < records.size(); ++i) {
     const FitRecord& record = records[i];
     fit.initial_states.push_back(problem.initial_state(theta, i));
-    const Simulation result =
-        simulate(fit.plant, record.drive, {.decimation = record.ratio, .initial_state = fit.initial_states.back()});
+    const Simulation result = simulate_measured(
+        fit.plant, record.drive, {.decimation = record.ratio, .initial_state = fit.initial_states.back()});
     fit.error.push_back(result.outputs.leftCols(record.y.cols()) - record.y);
   }
   return fit;

@@ -11,17 +11,8 @@ namespace wheelhop {
 namespace {
 
 GeneratedRecord run(const Plant& plant, ConstMatrixRef drive, double sampling_hz, SimulateOptions options) {
-  const Index ratio = hold_samples_per_record_sample(plant, sampling_hz);
-  // A filter in a sensor reads what lies between the samples of the record.
-  const bool filtered = any_sensor_lags(plant);
-  options.decimation = filtered ? 1 : ratio;
-  const Index first = std::clamp<Index>(options.lead_samples, 0, drive.cols());
-  Simulation simulation = simulate(plant, apply_drive_paths(plant, drive, first), options);
-  simulation.outputs = apply_sensor_paths(plant, simulation.outputs, filtered ? plant.hold_hz() : sampling_hz);
-  if (filtered) {
-    simulation.outputs = decimate(simulation.outputs, ratio);
-    simulation.states = decimate(simulation.states, ratio);
-  }
+  options.decimation = hold_samples_per_record_sample(plant, sampling_hz);
+  Simulation simulation = simulate_measured(plant, drive, options);
   GeneratedRecord record;
   record.status = simulation.status;
   record.message = std::move(simulation.message);
@@ -45,6 +36,22 @@ Index hold_samples_per_record_sample(const Plant& plant, double sampling_hz) {
                     "Hz, found hold_hz = {}",
                     plant.name, sampling_hz, plant.hold_hz()));
   return static_cast<Index>(whole);
+}
+
+Simulation simulate_measured(const Plant& plant, ConstMatrixRef drive, SimulateOptions options) {
+  const Index ratio = options.decimation;
+  // A filter in a sensor reads what lies between the samples of the record.
+  const bool filtered = ratio > 1 && any_sensor_lags(plant);
+  if (filtered) options.decimation = 1;
+  const Index first = std::clamp<Index>(options.lead_samples, 0, drive.cols());
+  Simulation simulation = simulate(plant, apply_drive_paths(plant, drive, first), options);
+  const double rate_hz = plant.hold_hz() / static_cast<double>(options.decimation);
+  simulation.outputs = apply_sensor_paths(plant, simulation.outputs, rate_hz);
+  if (filtered) {
+    simulation.outputs = decimate(simulation.outputs, ratio);
+    simulation.states = decimate(simulation.states, ratio);
+  }
+  return simulation;
 }
 
 GeneratedRecord generate_record(const Plant& plant, ConstMatrixRef drive, double sampling_hz, SimulateOptions options) {

@@ -20,6 +20,11 @@ struct GeneratedRecord {
 /// Number of hold intervals in one sample of a record. UserError naming both rates unless it is a whole number >= 1.
 Index hold_samples_per_record_sample(const Plant& plant, double sampling_hz);
 
+/// `simulate` through the drive paths and sensor paths: what fits and predictions compare with a record.
+/// @param drive m x N commands at the hold rate   @param options `decimation` as in `simulate`: hold samples a record
+/// sample. Statuses as `simulate`.
+Simulation simulate_measured(const Plant& plant, ConstMatrixRef drive, SimulateOptions options = {});
+
 /// Simulates a drive and keeps every sample of the record: u and y are picked at the record's instants, not filtered
 /// (an anti-alias filter would smear a static nonlinearity in time; the outputs of a plant under a road of 10 Hz hold
 /// 4e-11 of their power above 100 Hz).

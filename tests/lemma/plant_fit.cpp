@@ -133,3 +133,20 @@ TEST_CASE("a drive that the plant cannot follow is outside the domain, and negat
   theta(0) = -1.5;
   CHECK_FALSE(problem->cost(theta, cost));
 }
+
+TEST_CASE("a law with memory and the delay of the drive are fitted like any other parameter") {
+  Plant start = plant_from(quarter_car_text);
+  start.elements[0].laws.push_back(parse_law(
+      JsonCursor::from(Json::parse(R"({"law": "bouc_wen", "force_n": 40, "yield_travel_m": 0.001})"), "law.json")));
+  Plant truth = start;
+  set_parameter(truth, "suspension.bouc_wen.force_n", 90);
+  set_parameter(truth, "actuator:road.delay_s", 0.0023);
+  const std::vector<FitParameter> moved = {{"suspension.bouc_wen.force_n", 20, 0}, {"actuator:road.delay_s", 1e-3, 0}};
+  const Measurement m = measure(truth, 10, 0.004, 0.01, 514);
+  const PlantFit fit = fit_plant(start, moved, {m.record}, *make_levenberg_marquardt({}), 30);
+  INFO(fit.solution.message);
+  REQUIRE(fit.solution.status != Status::outside_domain);
+  CHECK(fit.misfit == Approx(1).epsilon(0.05));
+  CHECK(get_parameter(fit.plant, "suspension.bouc_wen.force_n") == Approx(90).epsilon(0.03));
+  CHECK(get_parameter(fit.plant, "actuator:road.delay_s") == Approx(0.0023).epsilon(0.03));
+}
