@@ -10,6 +10,7 @@
 
 #include "core/base/json.hpp"
 #include "core/base/status.hpp"
+#include "experiments/diagnose.hpp"
 #include "experiments/generate.hpp"
 #include "experiments/identify.hpp"
 #include "experiments/list.hpp"
@@ -87,6 +88,24 @@ void add_simulate(CLI::App& app, Arguments& arguments, Run& run) {
   });
 }
 
+void add_diagnose(CLI::App& app, Arguments& arguments, Run& run) {
+  CLI::App& command = *app.add_subcommand("diagnose", "why a plant and its records disagree: which effect, how far");
+  command.add_option("--plant", arguments.system, "plant file with tolerances")->required();
+  command.add_option("--records", arguments.records, "records.json: estimation (best with repeats) and validation")
+      ->required();
+  command.add_option("--out", arguments.out, "diagnosis to write; the corrected plant stands beside it")->required();
+  add_quiet(command, arguments);
+  command.footer(
+      "Re-tunes the plant inside its tolerances, tries every effect of `wheelhop list` at every place where it makes\n"
+      "sense, and scores on the validation records. Repeats of one drive (repeat_of) give the noise floor.\n"
+      "Probabilities compare the effects that were fitted; they are not calibrated on known cases.\n"
+      "Example:\n  wheelhop diagnose --plant out/quarter_car/plant.json --records out/quarter_car/records.json "
+      "--out out/diagnosis.json");
+  command.callback([&] {
+    run = [&] { return run_diagnose({arguments.system, arguments.records, arguments.out, arguments.quiet}); };
+  });
+}
+
 void add_report(CLI::App& app, Arguments& arguments, Run& run) {
   CLI::App& command = *app.add_subcommand("report", "draw the figures and the page of a result folder again");
   command.add_option("DIR", arguments.folder, "folder of a reproduction")->required();
@@ -153,6 +172,7 @@ int run_program(int count, char** words) {
   add_generate(app, arguments, run);
   add_identify(app, arguments, run);
   add_simulate(app, arguments, run);
+  add_diagnose(app, arguments, run);
   add_reproduce(app, arguments, run);
   add_report(app, arguments, run);
   require_known_command(app, count, words);

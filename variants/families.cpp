@@ -18,7 +18,8 @@ std::vector<Family> families() {
       family("subspace", "step 1: linear model from input and output", subspace_table()),
       family("inversion", "step 3: auxiliary input from the linear residual", inversion_table()),
       family("nonlinearity", "step 4: static map from state and input to the auxiliary input", nonlinearity_table()),
-      family("solver", "least-squares solver behind steps 2, 4, 5 and the joint refinement", solver_table())};
+      family("solver", "least-squares solver behind steps 2, 4, 5 and the joint refinement", solver_table()),
+      family("effect", "what a plant may lack: the catalogue of the diagnosis", effect_table())};
 }
 
 }  // namespace wheelhop

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/options.hpp"
+#include "core/gap/effect.hpp"
 #include "core/identify/pieces.hpp"
 #include "core/identify/solver.hpp"
 #include "core/model/static_map.hpp"
@@ -35,6 +36,7 @@ struct Entry {
 
 using SubspacePiece = std::shared_ptr<const SubspaceEstimator>;
 using InversionPiece = std::shared_ptr<const InputReconstructor>;
+using EffectPiece = std::shared_ptr<const Effect>;
 using SolverPiece = std::shared_ptr<const Solver>;
 /// Makes an untrained map R^inputs -> R^outputs.
 using MapFactory = std::function<std::unique_ptr<StaticMap>(Index inputs, Index outputs)>;
@@ -43,6 +45,9 @@ const std::vector<Entry<SubspacePiece>>& subspace_table();
 const std::vector<Entry<InversionPiece>>& inversion_table();
 const std::vector<Entry<MapFactory>>& nonlinearity_table();
 const std::vector<Entry<SolverPiece>>& solver_table();
+const std::vector<Entry<EffectPiece>>& effect_table();
+/// Every candidate of every effect family on a plant, in the order of the table.
+std::vector<EffectCandidate> effect_candidates(const Plant& plant);
 
 /// A trained map from a model file: `{"name", "options", "alpha", "W", "b", "L"}`, as StaticMap::to_json writes it.
 /// UserError for an unknown name or option and for parameters that do not fit the options.

@@ -10,19 +10,39 @@
 #include "core/data/resample.hpp"
 #include "core/identify/prior.hpp"
 #include "core/plant/dataset.hpp"
+#include "core/plant/linearise.hpp"
 #include "core/plant/simulate.hpp"
 
 namespace wheelhop {
 namespace {
 
-/// Steps of the central differences, in scales: a tolerance or a typical state is about one, and laws bend within it.
-constexpr double kStep = 1e-3;
+/// Step of the differences, in scales: a tolerance or a typical state is about one, and laws bend within it.
+constexpr double kStep = 1e-4;
+constexpr Index kSubsteps = 4;  // at most: a candidate with a stiffer law than that is a candidate with a bad parameter
+constexpr double kStateSpread =
+    3;                             // prior of an initial state around rest, in RMS values of the states under the drive
+constexpr double kForgotten = 14;  // e-folds after which an initial state counts as forgotten
+
+/// @param r of the record's first samples only, if it is shorter than the record
+bool run_record(const Plant& plant, const FitRecord& record, const Vector& initial_state, VectorRef r) {
+  const Index kept = r.size() / record.y.rows(), samples = kept + record.skip;
+  const Simulation result = simulate_measured(
+      plant, record.drive.leftCols(samples * record.ratio),
+      {.substeps = stable_substeps(plant, kSubsteps), .decimation = record.ratio, .initial_state = initial_state});
+  if (result.status != Status::ok) return false;
+  r.reshaped(record.y.rows(), kept) =
+      record.weight_std.cwiseInverse().asDiagonal() * (result.outputs - record.y.leftCols(samples)).rightCols(kept);
+  return r.allFinite();
+}
 
 class PlantProblem final : public ResidualProblem {
  public:
   PlantProblem(const Plant& plant, const std::vector<FitParameter>& parameters, const std::vector<FitRecord>& records,
                ConstVectorRef state_scale)
       : plant_(plant), parameters_(parameters), records_(records), state_scale_(state_scale) {
+    const LinearPlant linear = linearise(plant_);
+    const double slowest = linear.A.size() > 0 ? -eigenvalues(linear.A).real().maxCoeff() : 0;
+    memory_s_ = slowest > 0 ? kForgotten / slowest : std::numeric_limits<double>::infinity();
     for (const FitParameter& parameter : parameters_) start_.push_back(get_parameter(plant_, parameter.name));
     for (const FitRecord& record : records_) {
       first_.push_back(residuals_);
@@ -73,40 +93,33 @@ class PlantProblem final : public ResidualProblem {
   Index length(std::size_t i) const { return records_[i].y.rows() * (records_[i].y.cols() - records_[i].skip); }
 
   bool run(const Plant& plant, ConstVectorRef theta, std::size_t i, VectorRef r) const {
-    const FitRecord& record = records_[i];
-    const Simulation result =
-        simulate_measured(plant, record.drive, {.decimation = record.ratio, .initial_state = initial_state(theta, i)});
-    if (result.status != Status::ok) return false;
-    const Index kept = record.y.cols() - record.skip;
-    r.reshaped(record.y.rows(), kept) = record.weight_std.cwiseInverse().asDiagonal() *
-                                        (result.outputs.leftCols(record.y.cols()) - record.y).rightCols(kept);
-    return r.allFinite();
+    return run_record(plant, records_[i], initial_state(theta, i), r);
   }
 
-  /// Central difference; one-sided where one side leaves the domain.
+  /// Forward difference; backward where the step leaves the domain.
   bool column(ConstVectorRef theta, ConstVectorRef r, Index j, MatrixRef J) const {
-    Vector moved_theta = theta, up(residuals_), down(residuals_);
-    const auto side = [&](double step, VectorRef out) {
+    Vector moved_theta = theta;
+    for (const double step : {kStep, -kStep}) {
       moved_theta(j) = theta(j) + step;
       Plant plant;
-      if (!place(moved_theta, plant)) return false;
-      for (std::size_t i = 0; i < records_.size(); ++i)
-        if (concerns(j, i) && !run(plant, moved_theta, i, out.segment(first_[i], length(i)))) return false;
-      return true;
-    };
-    const bool above = side(kStep, up), below = side(-kStep, down);
-    if (!above && !below) return false;
-    for (std::size_t i = 0; i < records_.size(); ++i) {
-      if (!concerns(j, i)) continue;
-      const Index from = first_[i], count = length(i);
-      if (above && below)
-        J.col(j).segment(from, count) = (up.segment(from, count) - down.segment(from, count)) / (2 * kStep);
-      else if (above)
-        J.col(j).segment(from, count) = (up.segment(from, count) - r.segment(from, count)) / kStep;
-      else
-        J.col(j).segment(from, count) = (r.segment(from, count) - down.segment(from, count)) / kStep;
+      bool inside = place(moved_theta, plant);
+      for (std::size_t i = 0; inside && i < records_.size(); ++i) {
+        if (!concerns(j, i)) continue;
+        Vector there(j < moved() ? length(i) : std::min(length(i), remembered(i)));
+        inside = run(plant, moved_theta, i, there);
+        if (inside) J.col(j).segment(first_[i], there.size()) = (there - r.segment(first_[i], there.size())) / step;
+      }
+      if (inside) return true;
     }
-    return true;
+    return false;
+  }
+
+  /// Residuals of a record that its initial state can move.
+  Index remembered(std::size_t i) const {
+    const FitRecord& record = records_[i];
+    const double samples = memory_s_ * plant_.hold_hz() / static_cast<double>(record.ratio);
+    const Index scored = std::max<Index>(static_cast<Index>(std::min(samples, 1e9)) - record.skip, 1);
+    return record.y.rows() * std::min(scored, record.y.cols() - record.skip);
   }
 
   /// A parameter moves every record, an initial state its own.
@@ -118,6 +131,7 @@ class PlantProblem final : public ResidualProblem {
   std::vector<FitParameter> parameters_;
   std::vector<FitRecord> records_;
   Vector state_scale_;
+  double memory_s_ = 0;
   std::vector<double> start_;
   std::vector<Index> first_;
   Index residuals_ = 0;
@@ -129,8 +143,9 @@ bool typical_states(const Plant& plant, const std::vector<FitRecord>& records, V
   scale = Vector::Zero(n2);
   start.resize(n2 * static_cast<Index>(records.size()));
   for (std::size_t i = 0; i < records.size(); ++i) {
-    const Simulation result =
-        simulate_measured(plant, records[i].drive, {.decimation = records[i].ratio, .from_equilibrium = true});
+    const Simulation result = simulate_measured(
+        plant, records[i].drive,
+        {.substeps = stable_substeps(plant, kSubsteps), .decimation = records[i].ratio, .from_equilibrium = true});
     if (result.status != Status::ok) return false;
     scale = scale.cwiseMax(rms(result.states.topRows(n2)));
     start.segment(n2 * static_cast<Index>(i), n2) = result.states.col(0).head(n2);
@@ -170,8 +185,22 @@ std::unique_ptr<ResidualProblem> plant_problem(const Plant& plant, const std::ve
   return std::make_unique<PlantProblem>(plant, parameters, records, state_scale);
 }
 
+bool plant_residual(const Plant& plant, const std::vector<FitRecord>& records,
+                    const std::vector<Vector>& initial_states, Vector& residual) {
+  Index total = 0, filled = 0;
+  for (const FitRecord& record : records) total += record.y.rows() * (record.y.cols() - record.skip);
+  residual.resize(total);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Index count = records[i].y.rows() * (records[i].y.cols() - records[i].skip);
+    if (!run_record(plant, records[i], initial_states[i], residual.segment(filled, count))) return false;
+    filled += count;
+  }
+  return true;
+}
+
 PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& parameters,
-                   const std::vector<FitRecord>& records, const Solver& solver, Index iterations) {
+                   const std::vector<FitRecord>& records, const Solver& solver, Index iterations,
+                   const std::vector<Vector>& initial_states) {
   PlantFit fit;
   fit.plant = plant;
   Vector scale, start;
@@ -180,38 +209,54 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
     fit.solution.message = "the plant as delivered cannot follow the drive";
     return fit;
   }
-  const PlantProblem states_alone(plant, {}, records, scale);
-  const Solution first = solver.minimise(states_alone, start, iterations);
+  // A start that is not scored says little of the state there, and a wrong plant would bend it: it stays among those
+  // that the drive makes.
+  const Vector at_rest = start;
+  const Vector state_precision = Vector::Constant(start.size(), 1 / (kStateSpread * kStateSpread));
+  if (initial_states.size() == records.size()) {
+    for (std::size_t i = 0; i < records.size(); ++i)
+      start.segment(scale.size() * static_cast<Index>(i), scale.size()) = initial_states[i].cwiseQuotient(scale);
+  } else {
+    const PlantProblem states_alone(plant, {}, records, scale);
+    const Solution first = solver.minimise(*with_prior(states_alone, at_rest, state_precision), start, iterations);
+    if (first.status != Status::outside_domain) start = first.theta;
+  }
   const PlantProblem problem(plant, parameters, records, scale);
   const Index moved = problem.moved();
-  Vector theta(problem.parameters()), precision = Vector::Zero(problem.parameters());
-  theta << Vector::Zero(moved), first.status == Status::outside_domain ? start : first.theta;
+  Vector theta(problem.parameters()), mean = Vector::Zero(problem.parameters()), precision = mean;
+  theta << Vector::Zero(moved), start;
+  mean.tail(start.size()) = at_rest;
+  precision.tail(start.size()) = state_precision;
   for (Index i = 0; i < moved; ++i) {
     const double std = parameters[static_cast<std::size_t>(i)].prior_std;
     if (std > 0) precision(i) = 1 / (std * std);
   }
-  const auto posterior = with_prior(problem, Vector::Zero(theta.size()), precision);
+  const auto posterior = with_prior(problem, mean, precision);
   fit.solution = solver.minimise(*posterior, theta, iterations);
   if (fit.solution.status == Status::outside_domain) return fit;
   theta = fit.solution.theta;
   fit.theta = theta.head(moved);
   problem.place(theta, fit.plant);
 
-  double cost = 0;
-  Vector gradient;
-  Matrix H;
-  if (posterior->normal_equations(theta, cost, gradient, H)) {
-    const Matrix full = H.selfadjointView<Eigen::Lower>();
-    fit.covariance = full.ldlt().solve(Matrix::Identity(full.rows(), full.cols())).topLeftCorner(moved, moved);
+  fit.precision = precision;
+  fit.residual.resize(problem.residuals());
+  fit.jacobian.resize(problem.residuals(), problem.parameters());
+  if (!problem.jacobian(theta, fit.residual, fit.jacobian)) {
+    fit.solution.status = Status::outside_domain;
+    fit.solution.message = "linearisation failed at the solution";
+    return fit;
   }
-  Vector r(problem.residuals());
-  if (!problem.residual(theta, r)) return fit;
-  fit.misfit = r.squaredNorm() / static_cast<double>(r.size());
+  Matrix H = fit.jacobian.transpose() * fit.jacobian;
+  H.diagonal() += precision;
+  fit.covariance = H.ldlt().solve(Matrix::Identity(H.rows(), H.cols())).topLeftCorner(moved, moved);
+  fit.misfit = fit.residual.squaredNorm() / static_cast<double>(fit.residual.size());
   for (std::size_t i = 0; i < records.size(); ++i) {
     const FitRecord& record = records[i];
     fit.initial_states.push_back(problem.initial_state(theta, i));
-    const Simulation result = simulate_measured(
-        fit.plant, record.drive, {.decimation = record.ratio, .initial_state = fit.initial_states.back()});
+    const Simulation result = simulate_measured(fit.plant, record.drive,
+                                                {.substeps = stable_substeps(fit.plant, kSubsteps),
+                                                 .decimation = record.ratio,
+                                                 .initial_state = fit.initial_states.back()});
     fit.error.push_back(result.outputs.leftCols(record.y.cols()) - record.y);
   }
   return fit;

@@ -36,27 +36,36 @@ struct FitRecord {
 FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std);
 
 /// r = (yhat_k - y_k) ./ weight_std over all records. theta: the parameters in units of their scale, then the initial
-/// state [q; v] of each record in units of `state_scale`. Central differences: one pair of simulations a parameter over
-/// every record; an initial state is moved in its own record alone. Columns are shared out over the threads.
+/// state [q; v] of each record in units of `state_scale`. Forward differences: one simulation a parameter over every
+/// record; an initial state is moved in its own record alone, and as far as the plant's slowest mode remembers it.
+/// Columns are shared out over the threads.
 /// Outside the domain: a simulation that fails, a mass or a parameter with a sign it cannot have.
 /// @param plant the start   @param state_scale 2n, > 0
 std::unique_ptr<ResidualProblem> plant_problem(const Plant& plant, const std::vector<FitParameter>& parameters,
                                                const std::vector<FitRecord>& records, ConstVectorRef state_scale);
+
+/// The residuals of plant_problem for a plant and given initial states. False where a simulation fails.
+bool plant_residual(const Plant& plant, const std::vector<FitRecord>& records,
+                    const std::vector<Vector>& initial_states, Vector& residual);
 
 struct PlantFit {
   Solution solution;                   ///< cost includes the priors'
   Plant plant;                         ///< with the fitted parameters
   Vector theta;                        ///< of the parameters, in scales
   Matrix covariance;                   ///< of theta: (J'J + prior precision)^-1, initial states marginalised
+  Vector residual;                     ///< r of plant_problem at the solution, without the priors'
+  Matrix jacobian;                     ///< its derivatives; parameters first, then initial states
+  Vector precision;                    ///< of the priors, one a column
   std::vector<Vector> initial_states;  ///< 2n a record
   std::vector<Matrix> error;           ///< yhat - y a record, p x N, in the units of the outputs; empty if a run failed
   double misfit = 0;                   ///< mean of r^2 over the scored samples: 1 at the floor
 };
 
-/// Minimises over parameters and initial states, from the start plant and states from rest in equilibrium, which are
-/// fitted first and alone.
-/// Status in `solution`: as the solver; outside_domain if the start plant cannot follow the drive at all.
+/// Minimises over parameters and initial states, the latter with a prior of three RMS values around rest. Without
+/// `initial_states` these start from rest in equilibrium and are fitted first and alone. Status in `solution`: as the
+/// solver; outside_domain if the start plant cannot follow the drive at all.
 PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& parameters,
-                   const std::vector<FitRecord>& records, const Solver& solver, Index iterations);
+                   const std::vector<FitRecord>& records, const Solver& solver, Index iterations,
+                   const std::vector<Vector>& initial_states = {});
 
 }  // namespace wheelhop

@@ -1,0 +1,25 @@
+/// \file
+/// The fast screen: which effect could explain what a fitted plant leaves, by one simulation each.
+#pragma once
+
+#include <vector>
+
+#include "core/gap/effect.hpp"
+
+namespace wheelhop {
+
+struct Screened {
+  std::size_t candidate = 0;  ///< index into the list asked about
+  double gain = 0;            ///< expected fall of the cost 1/2 r'r; 0 where the candidate cannot be simulated
+  double strength = 0;        ///< least-squares strength, in units of the candidate's typical size
+};
+
+/// For each candidate the change c of the residual that its typical size makes, from the states of the base fit; what
+/// re-tuning could do as well is projected out: s = c'c - c'J (J'J + P)^-1 J'c, strength = -c'r / s, gain = (c'r)^2 /
+/// (2 s). Candidates whose size is not proportional, or is one-sided, gain nothing with a negative strength.
+/// @param base of fit_plant, over the same records   @return in descending order of gain
+/// Cost: one simulation of every record a candidate, shared out over the threads.
+std::vector<Screened> screen(const PlantFit& base, const std::vector<FitRecord>& records,
+                             const std::vector<EffectCandidate>& candidates);
+
+}  // namespace wheelhop

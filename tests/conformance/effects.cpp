@@ -1,0 +1,119 @@
+// Every family of effects on every plant: candidates stand where they say, simulate, and vanish at their ideal
+// strength.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+
+#include "core/gap/screen.hpp"
+#include "core/plant/dataset.hpp"
+#include "tests/support/plants.hpp"
+#include "tests/support/systems.hpp"
+#include "variants/solver/levenberg_marquardt.hpp"
+#include "variants/table.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+
+namespace {
+
+struct Case {
+  Plant plant;
+  FitRecord record;
+  Vector rest;
+};
+
+/// A smooth drive from rest, small enough for every plant and every end stop.
+Case make_case(const std::string& text, double level) {
+  Case c;
+  c.plant = plant_from(text);
+  const Index ratio = 5, samples = 200;
+  c.record.drive = Matrix::Zero(c.plant.input_count(), samples * ratio);
+  for (Index i = 0; i < c.plant.input_count(); ++i)
+    for (Index k = 0; k < samples * ratio; ++k) {
+      const double t = static_cast<double>(k) / c.plant.hold_hz();
+      const double unit = c.plant.inputs[static_cast<std::size_t>(i)].kind == InputKind::force ? 1000 : 1;
+      c.record.drive(i, k) =
+          unit * level *
+          (std::sin(9 * t + static_cast<double>(i)) - std::sin(static_cast<double>(i)) + 0.3 * std::sin(50 * t));
+    }
+  c.record.ratio = ratio;
+  c.record.y = Matrix::Zero(c.plant.sensor_count(), samples);
+  c.record.weight_std = Vector::Ones(c.plant.sensor_count());
+  c.rest = Vector::Zero(2 * c.plant.mass_count());
+  return c;
+}
+
+std::vector<Case> cases() {
+  return {make_case(quarter_car_text, 0.005), make_case(one_mass_text, 0.002), make_case(chain_text, 0.002)};
+}
+
+}  // namespace
+
+TEST_CASE("candidates stand at places of the plant, name parameters it has, and simulate") {
+  for (const Case& c : cases()) {
+    std::set<std::string> places = {"actuator", "timebase"};
+    for (const Element& element : c.plant.elements) places.insert(element.name);
+    for (const Sensor& sensor : c.plant.sensors) places.insert("sensor:" + sensor.name);
+    std::set<std::string> seen;
+    for (const EffectCandidate& candidate : effect_candidates(c.plant)) {
+      CAPTURE(c.plant.name, candidate.effect, candidate.location, candidate.form);
+      CHECK(places.count(candidate.location) == 1);
+      seen.insert(candidate.effect);
+      REQUIRE_FALSE(candidate.parameters.empty());
+      for (const FitParameter& parameter : candidate.parameters) {
+        CHECK(parameter.scale > 0);
+        CHECK_NOTHROW(get_parameter(candidate.plant, parameter.name));
+      }
+      Vector residual;
+      CHECK(plant_residual(candidate.plant, {c.record}, {c.rest}, residual));
+    }
+    CHECK(seen.size() >= 10);
+  }
+}
+
+TEST_CASE("a proportional effect acts more the stronger it is, and at its ideal strength the plant is as before") {
+  for (const Case& c : cases()) {
+    Vector base;
+    REQUIRE(plant_residual(c.plant, {c.record}, {c.rest}, base));
+    for (EffectCandidate candidate : effect_candidates(c.plant)) {
+      if (!candidate.proportional || candidate.parameters.size() > 1) continue;
+      CAPTURE(c.plant.name, candidate.effect, candidate.location, candidate.form);
+      const std::string& name = candidate.parameters.front().name;
+      const double typical = get_parameter(candidate.plant, name) - candidate.ideal;
+      const auto change = [&](double strength) {
+        set_parameter(candidate.plant, name, candidate.ideal + strength * typical);
+        Vector residual;
+        REQUIRE(plant_residual(candidate.plant, {c.record}, {c.rest}, residual));
+        return (residual - base).norm();
+      };
+      const double vanishing = change(1e-3), half = change(0.5), whole = change(1);
+      CHECK(vanishing <= 0.05 * whole + 1e-9 * (1 + base.norm()));
+      CHECK(half <= whole);
+    }
+  }
+}
+
+TEST_CASE("the screen finds the effect that is missing, at its place, and nothing in what re-tuning can do") {
+  Case c = make_case(quarter_car_text, 0.01);
+  Plant truth = c.plant;
+  for (EffectCandidate& candidate : effect_candidates(c.plant))
+    if (candidate.effect == "damper_asymmetry") truth = candidate.plant;
+  Random random = numbers(612);
+  const GeneratedRecord record = generate_record(truth, c.record.drive, 200);
+  REQUIRE(record.status == Status::ok);
+  c.record.weight_std = 0.01 * (record.signal.y.rowwise().norm() / std::sqrt(200.0));
+  c.record.y = record.signal.y + c.record.weight_std.asDiagonal() * random.normal(3, 200);
+  const PlantFit base = fit_plant(c.plant, tolerance_parameters(c.plant), {c.record}, *make_levenberg_marquardt({}), 8);
+  REQUIRE(base.error.size() == 1);
+  std::vector<EffectCandidate> candidates = effect_candidates(base.plant);
+  EffectCandidate stiffer{"stiffness", "tyre", "", base.plant, {}};
+  stiffer.either_sign = true;
+  set_parameter(stiffer.plant, "tyre.linear_spring.stiffness_n_per_m", 201000);
+  candidates.push_back(stiffer);
+  const std::vector<Screened> order = screen(base, {c.record}, candidates);
+  REQUIRE(order.size() == candidates.size());
+  CHECK(candidates[order[0].candidate].effect == "damper_asymmetry");
+  CHECK(order[0].strength == Approx(1).epsilon(0.3));
+  for (const Screened& screened : order)
+    if (screened.candidate + 1 == candidates.size()) CHECK(screened.gain < 0.05 * order[0].gain);
+}

@@ -1,0 +1,115 @@
+// `diagnose` on records of known plants: the right effect at the right place, no name where nothing is missing.
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+
+#include "core/base/random.hpp"
+#include "core/data/records.hpp"
+#include "core/plant/dataset.hpp"
+#include "tests/support/plants.hpp"
+#include "tests/support/program.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+using Catch::Contains;
+
+namespace {
+
+/// Two repeats and a validation record of `truth`, and the plant file of `nominal`.
+void measure(const Folder& folder, const Plant& nominal, const Plant& truth, double noise) {
+  RecordSet set;
+  set.sampling_hz = 200;
+  const Index ratio = 5, samples = 3000;
+  Random random(77, Stream::road);
+  for (int which = 0; which < 3; ++which) {
+    Random road(78, Stream::road, which == 2);
+    Matrix drive(1, samples * ratio);
+    // Six poles at 10 Hz: hardly anything above half the sampling rate, so that the record tells the whole drive.
+    std::array<double, 6> poles{};
+    for (Index k = 0; k < drive.cols(); ++k) {
+      double value = road.normal();
+      for (double& pole : poles) value = pole += 0.06 * (value - pole);
+      drive(0, k) = value;
+    }
+    drive *= 0.008 * std::sqrt(static_cast<double>(drive.cols())) / drive.norm();
+    GeneratedRecord made = generate_record(truth, drive, 200);
+    REQUIRE(made.status == Status::ok);
+    for (Index i = 0; i < made.signal.y.rows(); ++i) {
+      const double std = noise * made.signal.y.row(i).norm() / std::sqrt(static_cast<double>(samples));
+      made.signal.y.row(i) += std * random.normal(1, samples);
+    }
+    set.records.push_back({which < 2 ? "est_" + std::to_string(which) + ".csv" : "val.csv",
+                           which < 2 ? "estimation" : "validation", which < 2 ? "drive" : "", 0, made.signal});
+  }
+  write_records(folder.path(), set);
+  write_json(folder / "plant.json", to_json(nominal));
+}
+
+Json diagnosis(const Folder& folder, std::string& out) {
+  const Said said = run_program("diagnose --quiet --plant '" + (folder / "plant.json").string() + "' --records '" +
+                                (folder / "records.json").string() + "' --out '" + (folder / "d.json").string() + "'");
+  INFO(said.err);
+  REQUIRE(said.status == 0);
+  out = said.out;
+  return parse_json(read_file(folder / "d.json"), "d.json");
+}
+
+}  // namespace
+
+TEST_CASE("an asymmetric damper is named at its element, closes the gap, and the corrected plant is a plant file") {
+  const Folder folder;
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.25}});
+  set_parameter(truth, "tyre.linear_spring.stiffness_n_per_m", 200000 * 1.03);
+  measure(folder, nominal, truth, 0.01);
+  std::string out;
+  const Json d = diagnosis(folder, out);
+  CHECK(d.at("schema") == "wheelhop.diagnosis/1");
+  CHECK(d.at("verdict") == "gap");
+  CHECK(d.at("where").at("location") == "suspension");
+  REQUIRE(d.at("which").at("named").size() == 1);
+  CHECK(d.at("which").at("named")[0] == "damper_asymmetry@suspension");
+  CHECK(d.at("how_far").at("closure").get<double>() > 0.95);
+  CHECK(d.at("how_far").at("closure_ci90")[0].get<double>() <= d.at("how_far").at("closure").get<double>());
+  for (const Json& effect : d.at("which").at("effects")) CHECK(effect.at("probability").get<double>() < 1);
+  CHECK_THAT(out, Contains("damper_asymmetry") && Contains("x the noise"));
+  const Plant corrected = load_plant(folder / d.at("corrected_plant").get<std::string>());
+  CHECK(get_parameter(corrected, "suspension.asymmetric_damper.asymmetry") == Approx(0.25).epsilon(0.1));
+}
+
+TEST_CASE("where nothing is missing no effect is named, and a wrong parameter is named as one") {
+  const Plant nominal = plant_from(quarter_car_text);
+  std::string out;
+  {
+    const Folder folder;
+    measure(folder, nominal, nominal, 0.02);
+    const Json d = diagnosis(folder, out);
+    CHECK(d.at("verdict") == "no_gap");
+    CHECK(d.at("which").at("named").empty());
+    CHECK_THAT(out, Contains("No gap"));
+  }
+  const Folder folder;
+  Plant truth = nominal;
+  set_parameter(truth, "suspension.viscous_damper.damping_ns_per_m", 850 * 1.8);
+  measure(folder, nominal, truth, 0.01);
+  const Json d = diagnosis(folder, out);
+  CHECK(d.at("which").at("outcome") == "parameter");
+  CHECK(d.at("which").at("named")[0] == "damping_error@suspension");
+}
+
+TEST_CASE("records that are too short or do not fit the plant are refused with the reason, and nothing is written") {
+  const Folder folder;
+  const Plant nominal = plant_from(quarter_car_text);
+  measure(folder, nominal, nominal, 0.02);
+  Json records = parse_json(read_file(folder / "records.json"), "records.json");
+  for (Json& record : records.at("records")) record["range"] = {0, 300};
+  write_json(folder / "short.json", records);
+  const std::string base = "diagnose --quiet --plant '" + (folder / "plant.json").string() + "' --out '" +
+                           (folder / "d.json").string() + "' --records ";
+  const Said said = run_program(base + "'" + (folder / "short.json").string() + "'");
+  CHECK(said.status == 2);
+  CHECK_THAT(said.err, Contains("1.5 s"));
+  CHECK_FALSE(std::filesystem::exists(folder / "d.json"));
+}

@@ -1,0 +1,44 @@
+// Closure and the odds of rivals.
+#include <catch2/catch.hpp>
+
+#include "core/gap/closure.hpp"
+#include "tests/support/systems.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+
+TEST_CASE("block misfits average to the misfit of the whole, the last block by its own length") {
+  Random random = numbers(601);
+  const Matrix r = random.normal(3, 1000);
+  const Vector even = block_misfits(r, 100);
+  REQUIRE(even.size() == 10);
+  CHECK(even.mean() == Approx(r.squaredNorm() / 3000).epsilon(1e-12));
+  const Vector odd = block_misfits(r, 300);
+  REQUIRE(odd.size() == 4);
+  CHECK(odd(3) == Approx(r.rightCols(100).squaredNorm() / 300).epsilon(1e-12));
+}
+
+TEST_CASE(
+    "closure is 1 at the floor, 0 without change, negative where things get worse; its interval holds the value") {
+  Random random = numbers(602);
+  const Vector before = 5 + random.normal(30, 1).array().abs();
+  const Vector floor = Vector::Ones(30);
+  CHECK(closure(before, floor, 200, random).value == Approx(1));
+  CHECK(closure(before, before, 200, random).value == Approx(0).margin(1e-12));
+  CHECK(closure(before, 2 * before, 200, random).value < 0);
+  const Vector noisy = 1.5 + 0.4 * random.normal(30, 1).array();
+  const Closure some = closure(before, noisy, 400, random);
+  CHECK(some.low < some.value);
+  CHECK(some.value < some.high);
+  CHECK(std::isnan(closure(0.9 * floor, floor, 10, random).value));  // nothing to close
+}
+
+TEST_CASE("rivals share their probability by misfit and blocks, equals equally, and none is ever certain") {
+  const Vector equal = rival_probabilities(Vector::Constant(4, 1.3), 20, 0.99);
+  for (const double p : equal) CHECK(p == Approx(0.25));
+  const Vector misfits = (Vector(2) << 1.0, 1.1).finished();
+  const Vector few = rival_probabilities(misfits, 10, 0.99), many = rival_probabilities(misfits, 100, 0.99);
+  CHECK(few(0) / few(1) == Approx(std::pow(1.1, 5)));
+  CHECK(many(0) > few(0));
+  CHECK(rival_probabilities((Vector(2) << 1.0, 50.0).finished(), 100, 0.99)(0) == 0.99);
+}

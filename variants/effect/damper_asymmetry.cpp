@@ -1,0 +1,17 @@
+#include "variants/effect/effects.hpp"
+
+namespace wheelhop {
+
+std::shared_ptr<const Effect> make_damper_asymmetry(const EffectOptions&) {
+  return effect_family("damper_asymmetry", [](const Plant& plant, std::vector<EffectCandidate>& list) {
+    for (std::size_t e = 0; e < plant.elements.size(); ++e) {
+      if (!(viscous_damping(plant.elements[e]) > 0)) continue;
+      const double damping = viscous_damping(plant.elements[e]);
+      list.push_back(with_law(plant, e, "damper_asymmetry", "two slopes", "asymmetric_damper", {damping, 0.1},
+                              {{"asymmetry", 0.1}}));
+      list.back().either_sign = true;
+    }
+  });
+}
+
+}  // namespace wheelhop

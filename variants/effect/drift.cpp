@@ -1,0 +1,19 @@
+#include "variants/effect/effects.hpp"
+
+namespace wheelhop {
+
+std::shared_ptr<const Effect> make_drift(const EffectOptions&) {
+  return effect_family("drift", [](const Plant& plant, std::vector<EffectCandidate>& list) {
+    for (const Sensor& sensor : plant.sensors) {
+      const std::string place = "sensor:" + sensor.name;
+      const double size = sensor.kind == SensorKind::acceleration ? 0.1
+                          : sensor.kind == SensorKind::velocity   ? 0.01
+                                                                  : 0.002;
+      list.push_back(
+          with_path(plant, "drift", place, "linear in time", {{place + ".drift_per_s", 0.05 * size, 0.05 * size}}));
+      list.back().either_sign = true;
+    }
+  });
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,22 @@
+#include "variants/effect/effects.hpp"
+
+namespace wheelhop {
+
+std::shared_ptr<const Effect> make_gain_error(const EffectOptions&) {
+  return effect_family("gain_error", [](const Plant& plant, std::vector<EffectCandidate>& list) {
+    for (const PlantInput& input : plant.inputs) {
+      const std::string path = "actuator:" + input.name;
+      list.push_back(with_path(plant, "gain_error", "actuator", "gain", {{path + ".gain", 1.02, 0.02}}));
+      list.back().ideal = 1;
+      list.back().either_sign = true;
+    }
+    for (const Sensor& sensor : plant.sensors) {
+      const std::string place = "sensor:" + sensor.name;
+      list.push_back(with_path(plant, "gain_error", place, "gain", {{place + ".gain", 1.02, 0.02}}));
+      list.back().ideal = 1;
+      list.back().either_sign = true;
+    }
+  });
+}
+
+}  // namespace wheelhop

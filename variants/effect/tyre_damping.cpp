@@ -1,0 +1,28 @@
+#include <algorithm>
+
+#include "variants/effect/effects.hpp"
+
+namespace wheelhop {
+
+std::shared_ptr<const Effect> make_tyre_damping(const EffectOptions&) {
+  return effect_family("tyre_damping", [](const Plant& plant, std::vector<EffectCandidate>& list) {
+    for (std::size_t e = 0; e < plant.elements.size(); ++e) {
+      const Element& tyre = plant.elements[e];
+      if (!at_drive(plant, tyre)) continue;
+      list.push_back(
+          with_law(plant, e, "tyre_damping", "viscous", "viscous_damper", {100}, {{"damping_ns_per_m", 100}}));
+      // Heard of as often: against the ground instead of the moving patch, where the drive's velocity is not known.
+      const std::string mass = plant.node(tyre.to) < plant.mass_count() ? tyre.to : tyre.from;
+      const std::string name = tyre.name + "_to_ground";
+      const auto taken = [&](const Element& other) { return other.name == name; };
+      if (std::any_of(plant.elements.begin(), plant.elements.end(), taken)) continue;
+      Plant grounded = plant;
+      grounded.elements.push_back({name, "ground", mass, {}});
+      list.push_back(with_law(grounded, grounded.elements.size() - 1, "tyre_damping", "to the ground", "viscous_damper",
+                              {100}, {{"damping_ns_per_m", 100}}));
+      list.back().location = tyre.name;
+    }
+  });
+}
+
+}  // namespace wheelhop
