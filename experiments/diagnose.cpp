@@ -57,6 +57,9 @@ Json to_json(const Plant& plant, const Diagnosis& diagnosis, const std::string& 
     tolerances.push_back({{"name", parameter.name}, {"tolerances_off", parameter.value}, {"std", parameter.std}});
   for (Index i = 0; i < diagnosis.floor.std.size(); ++i)
     floor[plant.sensors[static_cast<std::size_t>(i)].name] = diagnosis.floor.std(i);
+  Json places = Json::array();
+  for (const Place& place : diagnosis.places)
+    places.push_back({{"location", place.location}, {"same_entry", place.same}, {"leftover_chi2", place.leftover}});
   Json channels = Json::array();
   for (std::size_t i = 0; i < diagnosis.delivered.nrmse.size(); ++i)
     channels.push_back({{"channel", plant.sensors[i].name}, {"nrmse", diagnosis.delivered.nrmse[i]}});
@@ -67,6 +70,7 @@ Json to_json(const Plant& plant, const Diagnosis& diagnosis, const std::string& 
           {"where",
            {{"location", diagnosis.locations.empty() ? Json() : Json(diagnosis.locations.front().location)},
             {"locations", locations},
+            {"without_catalogue", places},
             {"channels", channels}}},
           {"which",
            {{"effects", effects},
@@ -132,6 +136,12 @@ void print(const Diagnosis& diagnosis) {
     for (const FittedParameter& parameter : suspect.parameters)
       fmt::print("  {} = {:.4g} +- {:.2g}", parameter.name.substr(parameter.name.rfind('.') + 1), parameter.value,
                  parameter.std);
+    fmt::print("\n");
+  }
+  fmt::print("\nwhat one unknown signal would leave, by the place where it enters (1: it explains all)\n");
+  for (const Place& place : diagnosis.places) {
+    fmt::print("  {:<38} {:10.3f}", place.location, place.leftover);
+    for (const std::string& same : place.same) fmt::print("{}{}", &same == &place.same.front() ? "   or " : ", ", same);
     fmt::print("\n");
   }
   fmt::print("\nparameters after re-tuning, in tolerances off\n");

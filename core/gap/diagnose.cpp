@@ -218,6 +218,28 @@ void judge_parameters(const Study& study, const PlantFit& retuned, Random& rando
   diagnosis.named = {named.effect + "@" + named.location};
 }
 
+/// For each place the smaller leftover of two fits, in ascending order.
+std::vector<Place> better_places(std::vector<Place> places, const std::vector<Place>& others) {
+  for (Place& place : places)
+    for (const Place& other : others)
+      if (other.location == place.location) place.leftover = std::min(place.leftover, other.leftover);
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Place& a, const Place& b) { return a.leftover < b.leftover; });
+  return places;
+}
+
+/// Locations by what an unknown signal there leaves, as rivals over blocks of time.
+void locate_by_leftover(Diagnosis& diagnosis) {
+  Vector leftovers(static_cast<Index>(diagnosis.places.size()));
+  for (std::size_t i = 0; i < diagnosis.places.size(); ++i)
+    leftovers(static_cast<Index>(i)) = std::max(diagnosis.places[i].leftover, 1e-3);
+  const Vector p = rival_probabilities(leftovers, diagnosis.retuned.blocks.size(), kLimit);
+  diagnosis.locations.clear();
+  for (std::size_t i = 0; i < diagnosis.places.size(); ++i)
+    diagnosis.locations.push_back(
+        {diagnosis.places[i].location, p(static_cast<Index>(i)), diagnosis.places[i].leftover});
+}
+
 void judge_effects(const Study& study, const PlantFit& retuned,
                    const std::function<std::vector<EffectCandidate>(const Plant&)>& candidates, Random& random,
                    const std::function<void(const std::string&)>& step, Diagnosis& diagnosis) {
@@ -295,6 +317,8 @@ void judge_effects(const Study& study, const PlantFit& retuned,
   // Two effects that each explain little, and even together leave much, are not causes but what fits by chance.
   if (diagnosis.closure.value < kExplains || (first_closure < kExplains && diagnosis.closure.value < kTogether)) {
     diagnosis.outcome = GapOutcome::located_not_in_catalogue;
+    // What fits by chance says nothing of the place; the leftovers do.
+    if (!diagnosis.places.empty()) locate_by_leftover(diagnosis);
     diagnosis.named = {"unknown@" + diagnosis.locations.front().location};
   }
 }
@@ -337,6 +361,9 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set,
     diagnosis.tolerances.push_back({study.tolerances[i].name, retuned.theta(static_cast<Index>(i)),
                                     std::sqrt(retuned.covariance(static_cast<Index>(i), static_cast<Index>(i)))});
   diagnosis.closure_of_retuning = 1 - (diagnosis.retuned.misfit - 1) / (diagnosis.delivered.misfit - 1);
+  if (step) step("where it enters");
+  const PlantFit delivered = fit_plant(plant, {}, data.fitted, solver, options.iterations);
+  diagnosis.places = better_places(locate(delivered, data.fitted), locate(retuned, data.fitted));
   if (std::max(retuned.misfit, diagnosis.retuned.misfit) - 1 <= kAtFloor)
     judge_parameters(study, retuned, random, diagnosis);
   else

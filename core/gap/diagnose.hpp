@@ -9,6 +9,7 @@
 
 #include "core/gap/closure.hpp"
 #include "core/gap/effect.hpp"
+#include "core/gap/locate.hpp"
 #include "core/gap/noise_floor.hpp"
 
 namespace wheelhop {
@@ -61,6 +62,9 @@ struct Diagnosis {
   std::vector<FittedParameter> tolerances;  ///< every parameter re-tuned, in tolerances off
   std::vector<Suspect> suspects;            ///< best first
   std::vector<LocationProbability> locations;
+  /// Where an unknown signal would enter, without the catalogue; of the plant as delivered and the re-tuned one, for
+  /// each place the better: re-tuning may have bent the plant around what is missing.
+  std::vector<Place> places;
   std::vector<std::string> named;  ///< "effect@location"
   std::vector<std::string> ambiguous_with;
   Closure closure;  ///< of what the answer removes
