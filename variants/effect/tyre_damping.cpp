@@ -11,7 +11,7 @@ std::shared_ptr<const Effect> make_tyre_damping(const EffectOptions&) {
       if (!at_drive(plant, tyre)) continue;
       list.push_back(
           with_law(plant, e, "tyre_damping", "viscous", "viscous_damper", {100}, {{"damping_ns_per_m", 100}}));
-      // Heard of as often: against the ground instead of the moving patch, where the drive's velocity is not known.
+      // Against the ground instead of the moving patch: what is left where the velocity of the drive does not act.
       const std::string mass = plant.node(tyre.to) < plant.mass_count() ? tyre.to : tyre.from;
       const std::string name = tyre.name + "_to_ground";
       const auto taken = [&](const Element& other) { return other.name == name; };
