@@ -108,8 +108,10 @@ std::string answer(const Diagnosis& diagnosis) {
                          best().location, best().probability, percent(diagnosis.closure));
     case GapOutcome::located_not_in_catalogue:
       return fmt::format(
-          "{} No effect of the catalogue explains it: the best, {} at {}, removes {} of what re-tuning leaves.", gap,
-          best().effect, best().location, percent(best().closure));
+          "{} No effect of the catalogue explains it; it seems to enter at {} (P {:.2f}). The best suspect, {} at {}, "
+          "removes {} of what re-tuning leaves.",
+          gap, diagnosis.locations.front().location, diagnosis.locations.front().probability, best().effect,
+          best().location, percent(best().closure));
     case GapOutcome::insufficient: return "Not enough to tell: " + diagnosis.message + ".";
     default: break;
   }

@@ -170,6 +170,8 @@ void judge_parameters(const Study& study, const PlantFit& retuned, Random& rando
   Suspect alone;
   PlantFit best;
   GapStage stage;
+  std::vector<double> misfits;  // held out, of every parameter alone: the rivals
+  Index winner = 0;
   if (diagnosis.delivered.misfit - 1 > kGapOfNote) {
     for (Index i = 0; i < count; ++i) {
       if (std::abs(retuned.theta(i)) < 0.5) continue;
@@ -177,9 +179,13 @@ void judge_parameters(const Study& study, const PlantFit& retuned, Random& rando
       const PlantFit fit = fit_plant(study.nominal, {{parameter.name, parameter.scale, 0}}, study.data.fitted,
                                      study.solver, study.options.iterations);
       if (fit.error.empty()) continue;
+      GapStage own = score(study, fit.plant);
+      if (!std::isfinite(own.misfit)) continue;
+      misfits.push_back(own.misfit);
       if (!best.error.empty() && fit.misfit >= best.misfit) continue;
       best = fit;
-      stage = score(study, fit.plant);
+      stage = std::move(own);
+      winner = static_cast<Index>(misfits.size()) - 1;
       alone.effect = error_id(parameter.name);
       alone.location = location_of(study.nominal, parameter.name);
       alone.parameters = fitted_parameters(fit, {parameter}, 0);
@@ -208,14 +214,24 @@ void judge_parameters(const Study& study, const PlantFit& retuned, Random& rando
     diagnosis.corrected = stage;
     diagnosis.closure = alone.closure;
   }
-  // Odds of the surprises against each other: how much less likely the runner-up is.
-  Vector odds = (0.5 * (surprise.cwiseAbs2().array() - surprise(most) * surprise(most))).exp();
-  named.probability = explains ? 0.95 : std::min(kLimit, 1 / odds.sum());
+  if (explains) {
+    const Vector rivals = Eigen::Map<Vector>(misfits.data(), static_cast<Index>(misfits.size()));
+    named.probability = rival_probabilities(rivals, stage.blocks.size(), kLimit)(winner);
+  } else {  // odds of the surprises against each other
+    const Vector odds = (0.5 * (surprise.cwiseAbs2().array() - surprise(most) * surprise(most))).exp();
+    named.probability = std::min(kLimit, 1 / odds.sum());
+  }
   named.misfit = diagnosis.corrected.misfit;
   diagnosis.outcome = GapOutcome::parameter;
   diagnosis.suspects = {named};
   diagnosis.locations = {{named.location, named.probability, named.misfit}};
   diagnosis.named = {named.effect + "@" + named.location};
+}
+
+Vector probabilities_of(const std::vector<Fitted>& fits, Index blocks) {
+  Vector misfits(static_cast<Index>(fits.size()));
+  for (std::size_t i = 0; i < fits.size(); ++i) misfits(static_cast<Index>(i)) = fits[i].stage.misfit;
+  return rival_probabilities(misfits, blocks, kLimit);
 }
 
 /// For each place the smaller leftover of two fits, in ascending order.
@@ -249,9 +265,7 @@ void judge_effects(const Study& study, const PlantFit& retuned,
     diagnosis.message = "no candidate of the catalogue could be fitted";
     return;
   }
-  Vector misfits(static_cast<Index>(fits.size()));
-  for (std::size_t i = 0; i < fits.size(); ++i) misfits(static_cast<Index>(i)) = fits[i].stage.misfit;
-  const Vector p = rival_probabilities(misfits, diagnosis.retuned.blocks.size(), kLimit);
+  const Vector p = probabilities_of(fits, diagnosis.retuned.blocks.size());
   std::map<std::string, LocationProbability> places;
   for (std::size_t i = 0; i < fits.size(); ++i) {
     const Fitted& fitted = fits[i];
@@ -295,6 +309,7 @@ void judge_effects(const Study& study, const PlantFit& retuned,
     if (seconds.empty()) break;
     const double left = (seconds.front().stage.misfit - 1) / (answer.stage.misfit - 1);
     if (left > 1 - kSecond) break;
+    const Vector among_rivals = probabilities_of(seconds, diagnosis.retuned.blocks.size());
     answer = std::move(seconds.front());
     const std::string name = answer.candidate.effect + "@" + answer.candidate.location;
     if (std::find(diagnosis.named.begin(), diagnosis.named.end(), name) == diagnosis.named.end()) {
@@ -303,7 +318,7 @@ void judge_effects(const Study& study, const PlantFit& retuned,
       diagnosis.suspects.push_back({answer.candidate.effect,
                                     answer.candidate.location,
                                     answer.candidate.form,
-                                    std::min(kLimit, 1 - left),
+                                    among_rivals(0),
                                     answer.stage.misfit,
                                     Closure{},
                                     {}});

@@ -7,7 +7,7 @@ namespace wheelhop {
 std::shared_ptr<const Effect> make_bump_stop(const EffectOptions&) {
   return effect_family("bump_stop", [](const Plant& plant, std::vector<EffectCandidate>& list) {
     for (std::size_t e = 0; e < plant.elements.size(); ++e) {
-      if (!(!at_drive(plant, plant.elements[e]))) continue;
+      if (at_drive(plant, plant.elements[e])) continue;
       constexpr double none = std::numeric_limits<double>::infinity();
       // Two gaps a side: a stop acts nowhere but beyond its gap, so no fit finds a gap it does not start near.
       for (const double gap_m : {0.02, 0.035}) {

@@ -5,8 +5,8 @@ namespace wheelhop {
 std::shared_ptr<const Effect> make_cavitation(const EffectOptions&) {
   return effect_family("cavitation", [](const Plant& plant, std::vector<EffectCandidate>& list) {
     for (std::size_t e = 0; e < plant.elements.size(); ++e) {
-      if (!(viscous_damping(plant.elements[e]) > 0)) continue;
       const double damping = viscous_damping(plant.elements[e]);
+      if (damping <= 0) continue;
       for (const double side : {1.0, -1.0}) {
         list.push_back(with_law(plant, e, "cavitation", side > 0 ? "rebound" : "jounce", "cavitating_damper",
                                 {damping, 0.002, side}, {{"dead_travel_m", 0.0007}}));

@@ -5,7 +5,7 @@ namespace wheelhop {
 std::shared_ptr<const Effect> make_spring_nonlinearity(const EffectOptions&) {
   return effect_family("spring_nonlinearity", [](const Plant& plant, std::vector<EffectCandidate>& list) {
     for (std::size_t e = 0; e < plant.elements.size(); ++e) {
-      if (!(!at_drive(plant, plant.elements[e]) && stiffness_at_rest(plant.elements[e]) > 0)) continue;
+      if (at_drive(plant, plant.elements[e]) || stiffness_at_rest(plant.elements[e]) <= 0) continue;
       // Five percent of the stiffness at 30 mm.
       const double quadratic = 0.05 * stiffness_at_rest(plant.elements[e]) / 0.03, cubic = quadratic / 0.03;
       list.push_back(with_law(plant, e, "spring_nonlinearity", "polynomial", "polynomial_spring", {0, quadratic, cubic},
