@@ -1,5 +1,6 @@
 #include "variants/effect_build.hpp"
 
+#include <cmath>
 #include <stdexcept>
 
 namespace wheelhop {
@@ -7,18 +8,19 @@ namespace {
 
 class FunctionEffect final : public Effect {
  public:
-  FunctionEffect(std::string name, std::function<void(const Plant&, std::vector<EffectCandidate>&)> function)
+  FunctionEffect(std::string name,
+                 std::function<void(const Plant&, const Operation&, std::vector<EffectCandidate>&)> function)
       : name_(std::move(name)), function_(std::move(function)) {}
   std::string name() const override { return name_; }
-  std::vector<EffectCandidate> candidates(const Plant& plant) const override {
+  std::vector<EffectCandidate> candidates(const Plant& plant, const Operation& operation) const override {
     std::vector<EffectCandidate> list;
-    function_(plant, list);
+    function_(plant, operation, list);
     return list;
   }
 
  private:
   std::string name_;
-  std::function<void(const Plant&, std::vector<EffectCandidate>&)> function_;
+  std::function<void(const Plant&, const Operation&, std::vector<EffectCandidate>&)> function_;
 };
 
 }  // namespace
@@ -81,8 +83,20 @@ double stiffness_at_rest(const Element& element) {
   return sum;
 }
 
+void plausibly(EffectCandidate& candidate, const std::string& parameter, double low, double high) {
+  for (const FitParameter& own : candidate.parameters)
+    if (own.name.ends_with("." + parameter)) {
+      const bool strength = own.name == candidate.parameters.front().name;
+      candidate.plausible.push_back({own.name, low, high, strength ? candidate.ideal : 0});
+      return;
+    }
+  throw std::invalid_argument("plausibly: the candidate does not move " + parameter);
+}
+
+double third(double value) { return std::abs(value) / 3; }
+
 std::shared_ptr<const Effect> effect_family(
-    std::string name, std::function<void(const Plant&, std::vector<EffectCandidate>&)> candidates) {
+    std::string name, std::function<void(const Plant&, const Operation&, std::vector<EffectCandidate>&)> candidates) {
   return std::make_shared<FunctionEffect>(std::move(name), std::move(candidates));
 }
 

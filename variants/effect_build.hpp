@@ -40,8 +40,13 @@ double viscous_damping(const Element& element);
 /// Stiffness [N/m] at zero travel; 0 where the element has none.
 double stiffness_at_rest(const Element& element);
 
+/// Adds where the literature puts the parameter of that last part of a name ("force_n").
+void plausibly(EffectCandidate& candidate, const std::string& parameter, double low, double high);
+/// A third of the size of each moved value, a step that a fit can begin with.
+double third(double value);
+
 /// The family of a name and a function.
 std::shared_ptr<const Effect> effect_family(
-    std::string name, std::function<void(const Plant&, std::vector<EffectCandidate>&)> candidates);
+    std::string name, std::function<void(const Plant&, const Operation&, std::vector<EffectCandidate>&)> candidates);
 
 }  // namespace wheelhop

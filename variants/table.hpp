@@ -47,7 +47,7 @@ const std::vector<Entry<MapFactory>>& nonlinearity_table();
 const std::vector<Entry<SolverPiece>>& solver_table();
 const std::vector<Entry<EffectPiece>>& effect_table();
 /// Every candidate of every effect family on a plant, in the order of the table.
-std::vector<EffectCandidate> effect_candidates(const Plant& plant);
+std::vector<EffectCandidate> effect_candidates(const Plant& plant, const Operation& operation);
 
 /// A trained map from a model file: `{"name", "options", "alpha", "W", "b", "L"}`, as StaticMap::to_json writes it.
 /// UserError for an unknown name or option and for parameters that do not fit the options.

@@ -5,9 +5,16 @@
 #include <string>
 #include <vector>
 
-#include "core/gap/plant_fit.hpp"
+#include "core/gap/operation.hpp"
 
 namespace wheelhop {
+
+/// Where the literature puts a parameter of an effect: nine of ten lie between.
+struct Plausible {
+  std::string parameter;
+  double low = 0, high = 0;  ///< 0 < low < high, of |value - ideal|
+  double ideal = 0;
+};
 
 /// One effect at one place, in one form: the plant with it, ready to be simulated and fitted.
 struct EffectCandidate {
@@ -15,11 +22,16 @@ struct EffectCandidate {
   std::string location;                  ///< element, mass, "actuator", "sensor:CHANNEL" or "timebase"
   std::string form;                      ///< which of the family's forms
   Plant plant;                           ///< the plant asked about, with the effect at a typical size
-  std::vector<FitParameter> parameters;  ///< what a fit moves; the first is the strength
+  std::vector<FitParameter> parameters;  ///< what a fit moves; the first is the strength. None: nothing to fit
   double ideal = 0;                      ///< strength at which the effect vanishes
   bool proportional = true;              ///< small strengths act in proportion; false for a gap or a knee
   bool either_sign = false;              ///< strength may lie on either side of `ideal`
+  std::vector<Plausible> plausible = {};
 };
+
+/// Log of the log-normal densities of a fitted plant's parameters, each over its largest value: 0 where all lie in the
+/// middle of what is plausible, -1.35 for one at an end.
+double log_plausibility(const EffectCandidate& candidate, const Plant& fitted);
 
 /// A family of effects, tolerant of functional form: several candidates a place where forms differ.
 class Effect {
@@ -27,7 +39,8 @@ class Effect {
   virtual ~Effect() = default;
   virtual std::string name() const = 0;
   /// Every place of the plant where the effect makes sense; none if there is no such place.
-  virtual std::vector<EffectCandidate> candidates(const Plant& plant) const = 0;
+  /// @param operation of the plant under the drives at hand, for sizes to start at
+  virtual std::vector<EffectCandidate> candidates(const Plant& plant, const Operation& operation) const = 0;
 };
 
 }  // namespace wheelhop

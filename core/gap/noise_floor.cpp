@@ -12,6 +12,9 @@
 namespace wheelhop {
 namespace {
 
+constexpr double kMeetings = 4;      // readings a step of the lattice
+constexpr double kOnLattice = 1e-3;  // of a step, by which a reading may lie beside it: digits of a file
+constexpr Index kColourBands = 24;   // in which the density of the noise is looked at
 constexpr double kSameDrive = 0.05;  // repeats whose measured inputs differ by more are repeats of something else
 
 using Group = std::vector<const Record*>;
@@ -72,6 +75,21 @@ Vector quiet_end(ConstMatrixRef y) {
   return std;
 }
 
+/// Largest mean density of a band over that of all, over the channels.
+double colour_of(const Matrix& noise) {
+  const ComplexMatrix spectrum = hann_spectrum(noise);
+  const Index width = spectrum.cols() / kColourBands;
+  double largest = 1;
+  if (width < 8) return largest;
+  for (Index i = 0; i < spectrum.rows(); ++i) {
+    const double mean = spectrum.row(i).squaredNorm() / static_cast<double>(spectrum.cols());
+    for (Index band = 0; band < kColourBands && mean > 0; ++band)
+      largest = std::max(
+          largest, spectrum.row(i).segment(band * width, width).squaredNorm() / (static_cast<double>(width) * mean));
+  }
+  return largest;
+}
+
 }  // namespace
 
 std::string to_string(FloorSource source) {
@@ -88,8 +106,9 @@ std::vector<Measured> merge_repeats(const RecordSet& set) {
     check_repeats(group);
     const Record& first = *group.front();
     Measured measured{group.size() > 1 ? first.repeat_of : first.file, first.role, first.signal,
-                      static_cast<Index>(group.size())};
+                      static_cast<Index>(group.size()), Vector(first.signal.y.rows())};
     measured.signal.y = mean_outputs(group);
+    for (Index i = 0; i < measured.quantum.size(); ++i) measured.quantum(i) = lattice_step(first.signal.y.row(i));
     for (const Record* record : group) measured.signal.skip = std::max(measured.signal.skip, record->signal.skip);
     merged.push_back(std::move(measured));
   }
@@ -105,7 +124,11 @@ NoiseFloor noise_floor(const RecordSet& set) {
     if (group.size() < 2) continue;
     check_repeats(group);
     const Matrix mean = mean_outputs(group);
-    for (const Record* record : group) within += (record->signal.y - mean).rowwise().squaredNorm();
+    for (const Record* record : group) {
+      const Matrix noise = record->signal.y - mean;
+      within += noise.rowwise().squaredNorm();
+      floor.colour = std::max(floor.colour, colour_of(noise));
+    }
     floor.degrees += static_cast<Index>(group.size() - 1) * mean.cols();
   }
   if (floor.degrees > 0) {
@@ -136,6 +159,33 @@ NoiseFloor noise_floor(const RecordSet& set) {
                       "in every repeat to the last digit; give its noise_std in the record set",
                       outputs[static_cast<std::size_t>(i)].name, to_string(floor.source)));
   return floor;
+}
+
+double lattice_step(ConstVectorRef values) {
+  std::vector<double> sorted(values.begin(), values.end());
+  std::sort(sorted.begin(), sorted.end());
+  if (sorted.empty()) return 0;
+  // Readings that were equal are equal in a file up to their last digits.
+  const double equal = 1e-9 * std::max(std::abs(sorted.front()), std::abs(sorted.back()));
+  std::vector<double> levels = {sorted.front()};
+  double step = std::numeric_limits<double>::infinity();
+  for (const double value : sorted) {
+    if (value - levels.back() <= equal) continue;
+    step = std::min(step, value - levels.back());
+    levels.push_back(value);
+  }
+  if (levels.size() < 3 || static_cast<double>(sorted.size()) < kMeetings * static_cast<double>(levels.size()))
+    return 0;
+  // The smallest difference knows few digits of the step; counted out over a growing range it gets more.
+  for (const double level : levels) {
+    const double count = std::round((level - levels.front()) / step);
+    if (count > 0) step = (level - levels.front()) / count;
+  }
+  for (const double level : levels) {
+    const double place = (level - levels.front()) / step;
+    if (std::abs(place - std::round(place)) > kOnLattice + 1e-6 * place) return 0;
+  }
+  return step;
 }
 
 }  // namespace wheelhop

@@ -17,6 +17,9 @@ struct NoiseFloor {
   FloorSource source = FloorSource::estimated;
   Vector std;         ///< p, of one record, in the units of the outputs; > 0
   Index degrees = 0;  ///< samples behind each value of std
+  /// Largest density of the noise over its mean density, over all channels: 1 for white noise. What a signal of one
+  /// band seems to explain by chance grows by it. From repeats; 1 where there are none.
+  double colour = 1;
 };
 
 /// One drive as it was measured: the mean of its repeats, or a single record.
@@ -25,6 +28,7 @@ struct Measured {
   std::string role;   ///< "estimation" or "validation"
   Signal signal;      ///< outputs averaged over the repeats
   Index repeats = 1;  ///< the noise of the mean is floor / sqrt(repeats)
+  Vector quantum;     ///< p, step of the lattice on which a single record's values lie; 0: none seen
 };
 
 /// Groups the records of a set by role and `repeat_of` and averages each group.
@@ -41,5 +45,9 @@ std::vector<Measured> merge_repeats(const RecordSet& set);
 /// UserError as merge_repeats; if `noise_std` names some outputs only; if an output is constant or the same in every
 /// repeat to the last digit, where no floor can be told.
 NoiseFloor noise_floor(const RecordSet& set);
+
+/// Step of the coarsest lattice offset + k step on which all values lie, if they are few enough for a converter to be
+/// seen in them (each met four times on average); 0 otherwise.
+double lattice_step(ConstVectorRef values);
 
 }  // namespace wheelhop

@@ -26,9 +26,10 @@ constexpr double kForgotten = 14;  // e-folds after which an initial state count
 /// @param r of the record's first samples only, if it is shorter than the record
 bool run_record(const Plant& plant, const FitRecord& record, const Vector& initial_state, VectorRef r) {
   const Index kept = r.size() / record.y.rows(), samples = kept + record.skip;
-  const Simulation result = simulate_measured(
-      plant, record.drive.leftCols(samples * record.ratio),
-      {.substeps = stable_substeps(plant, kSubsteps), .decimation = record.ratio, .initial_state = initial_state});
+  const Simulation result = simulate_measured(plant, record.drive.leftCols(samples * record.ratio),
+                                              {.substeps = stable_substeps(plant, kSubsteps),
+                                               .decimation = record.ratio,
+                                               .initial_state = whole_state(plant, initial_state)});
   if (result.status != Status::ok) return false;
   r.reshaped(record.y.rows(), kept) =
       record.weight_std.cwiseInverse().asDiagonal() * (result.outputs - record.y.leftCols(samples)).rightCols(kept);
@@ -39,7 +40,7 @@ class PlantProblem final : public ResidualProblem {
  public:
   PlantProblem(const Plant& plant, const std::vector<FitParameter>& parameters, const std::vector<FitRecord>& records,
                ConstVectorRef state_scale)
-      : plant_(plant), parameters_(parameters), records_(records), state_scale_(state_scale) {
+      : plant_(unquantised(plant)), parameters_(parameters), records_(records), state_scale_(state_scale) {
     const LinearPlant linear = linearise(plant_);
     const double slowest = linear.A.size() > 0 ? -eigenvalues(linear.A).real().maxCoeff() : 0;
     memory_s_ = slowest > 0 ? kForgotten / slowest : std::numeric_limits<double>::infinity();
@@ -48,6 +49,12 @@ class PlantProblem final : public ResidualProblem {
       first_.push_back(residuals_);
       residuals_ += record.y.rows() * (record.y.cols() - record.skip);
     }
+  }
+
+  /// Derivatives that the first Jacobian asked for at `theta` takes from another fit instead of from differences.
+  void start_from(const PlantFit& other, ConstVectorRef theta) {
+    other_ = &other;
+    other_theta_ = theta;
   }
 
   Index moved() const { return static_cast<Index>(parameters_.size()); }
@@ -66,9 +73,11 @@ class PlantProblem final : public ResidualProblem {
   bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
     if (!residual(theta, r)) return false;
     J.setZero();
+    const bool at_start = other_ && theta == other_theta_;
     std::vector<char> done(static_cast<std::size_t>(parameters()), 0);
     tbb::parallel_for(tbb::blocked_range<Index>(0, parameters(), 1), [&](const tbb::blocked_range<Index>& range) {
-      for (Index j = range.begin(); j != range.end(); ++j) done[static_cast<std::size_t>(j)] = column(theta, r, j, J);
+      for (Index j = range.begin(); j != range.end(); ++j)
+        done[static_cast<std::size_t>(j)] = (at_start && known_column(j, J)) || column(theta, r, j, J);
     });
     return std::find(done.begin(), done.end(), 0) == done.end();
   }
@@ -94,6 +103,13 @@ class PlantProblem final : public ResidualProblem {
 
   bool run(const Plant& plant, ConstVectorRef theta, std::size_t i, VectorRef r) const {
     return run_record(plant, records_[i], initial_state(theta, i), r);
+  }
+
+  bool known_column(Index j, MatrixRef J) const {
+    const Index known = other_->theta.size();
+    if (j >= known && j < moved()) return false;
+    J.col(j) = other_->jacobian.col(j < known ? j : j - moved() + known);
+    return true;
   }
 
   /// Forward difference; backward where the step leaves the domain.
@@ -135,6 +151,8 @@ class PlantProblem final : public ResidualProblem {
   std::vector<double> start_;
   std::vector<Index> first_;
   Index residuals_ = 0;
+  const PlantFit* other_ = nullptr;
+  Vector other_theta_;
 };
 
 /// What a state of this plant is in size under its drives, seen in a simulation from rest.
@@ -156,6 +174,19 @@ bool typical_states(const Plant& plant, const std::vector<FitRecord>& records, V
   return true;
 }
 
+Vector scored_residual(const std::vector<Matrix>& errors, const std::vector<FitRecord>& records) {
+  Index total = 0, filled = 0;
+  for (const FitRecord& record : records) total += record.y.rows() * (record.y.cols() - record.skip);
+  Vector residual(total);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Index kept = records[i].y.cols() - records[i].skip, count = records[i].y.rows() * kept;
+    residual.segment(filled, count).reshaped(records[i].y.rows(), kept) =
+        records[i].weight_std.cwiseInverse().asDiagonal() * errors[i].rightCols(kept);
+    filled += count;
+  }
+  return residual;
+}
+
 }  // namespace
 
 std::vector<FitParameter> tolerance_parameters(const Plant& plant) {
@@ -163,6 +194,25 @@ std::vector<FitParameter> tolerance_parameters(const Plant& plant) {
   for (const PlantParameter& parameter : plant_parameters(plant))
     if (parameter.value != 0) list.push_back({parameter.name, parameter.tolerance * std::abs(parameter.value), 1});
   return list;
+}
+
+Vector whole_state(const Plant& plant, const Vector& state) {
+  const Index known = state.size() / 2, n = plant.mass_count();
+  Vector whole = Vector::Zero(2 * n);
+  whole.head(known) = state.head(known);
+  whole.segment(n, known) = state.tail(known);
+  for (Index i = known; i < n; ++i) {
+    const std::string& name = plant.masses[static_cast<std::size_t>(i)].name;
+    for (const Element& element : plant.elements) {
+      if (element.from != name && element.to != name) continue;
+      const Index host = plant.node(element.from == name ? element.to : element.from);
+      if (host >= i) continue;  // a drive, the ground, or a mass that is placed later
+      whole(i) = whole(host);
+      whole(n + i) = whole(n + host);
+      break;
+    }
+  }
+  return whole;
 }
 
 FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std) {
@@ -199,67 +249,88 @@ bool plant_residual(const Plant& plant, const std::vector<FitRecord>& records,
 }
 
 PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& parameters,
-                   const std::vector<FitRecord>& records, const Solver& solver, Index iterations,
-                   const std::vector<Vector>& initial_states) {
+                   const std::vector<FitRecord>& records, const Solver& solver, const FitOptions& options) {
   PlantFit fit;
   fit.plant = plant;
-  Vector scale, start;
-  if (!typical_states(plant, records, scale, start)) {
+  Vector start;
+  if (options.from) {
+    fit.state_scale = options.from->state_scale;
+    fit.states_at_rest = options.from->states_at_rest;
+    start.resize(fit.states_at_rest.size());
+    for (std::size_t i = 0; i < records.size(); ++i)
+      start.segment(fit.state_scale.size() * static_cast<Index>(i), fit.state_scale.size()) =
+          options.from->initial_states[i].cwiseQuotient(fit.state_scale);
+  } else if (!typical_states(plant, records, fit.state_scale, fit.states_at_rest)) {
     fit.solution.status = Status::outside_domain;
     fit.solution.message = "the plant as delivered cannot follow the drive";
     return fit;
   }
-  // A start that is not scored says little of the state there, and a wrong plant would bend it: it stays among those
-  // that the drive makes.
-  const Vector at_rest = start;
-  const Vector state_precision = Vector::Constant(start.size(), 1 / (kStateSpread * kStateSpread));
-  if (initial_states.size() == records.size()) {
-    for (std::size_t i = 0; i < records.size(); ++i)
-      start.segment(scale.size() * static_cast<Index>(i), scale.size()) = initial_states[i].cwiseQuotient(scale);
-  } else {
-    const PlantProblem states_alone(plant, {}, records, scale);
-    const Solution first = solver.minimise(*with_prior(states_alone, at_rest, state_precision), start, iterations);
+  const Vector state_precision = Vector::Constant(fit.states_at_rest.size(), 1 / (kStateSpread * kStateSpread));
+  if (!options.from) {
+    // The start of a record says little of the state there, and a wrong plant would bend it: it stays among those that
+    // the drive makes.
+    start = fit.states_at_rest;
+    const PlantProblem states_alone(plant, {}, records, fit.state_scale);
+    const Solution first =
+        solver.minimise(*with_prior(states_alone, start, state_precision), start, options.iterations);
     if (first.status != Status::outside_domain) start = first.theta;
   }
-  const PlantProblem problem(plant, parameters, records, scale);
+  PlantProblem problem(plant, parameters, records, fit.state_scale);
   const Index moved = problem.moved();
-  Vector theta(problem.parameters()), mean = Vector::Zero(problem.parameters()), precision = mean;
-  theta << Vector::Zero(moved), start;
-  mean.tail(start.size()) = at_rest;
-  precision.tail(start.size()) = state_precision;
+  Vector theta(problem.parameters()), mean = Vector::Zero(problem.parameters());
+  theta << (options.theta.size() == moved ? options.theta : Vector(Vector::Zero(moved))), start;
+  mean.tail(start.size()) = fit.states_at_rest;
+  fit.precision = Vector::Zero(problem.parameters());
+  fit.precision.tail(start.size()) = state_precision;
   for (Index i = 0; i < moved; ++i) {
     const double std = parameters[static_cast<std::size_t>(i)].prior_std;
-    if (std > 0) precision(i) = 1 / (std * std);
+    if (std > 0) fit.precision(i) = 1 / (std * std);
   }
-  const auto posterior = with_prior(problem, mean, precision);
-  fit.solution = solver.minimise(*posterior, theta, iterations);
+  if (options.from) problem.start_from(*options.from, theta);
+  fit.solution = solver.minimise(*with_prior(problem, mean, fit.precision), theta, options.iterations);
   if (fit.solution.status == Status::outside_domain) return fit;
   theta = fit.solution.theta;
   fit.theta = theta.head(moved);
-  problem.place(theta, fit.plant);
-
-  fit.precision = precision;
-  fit.residual.resize(problem.residuals());
-  fit.jacobian.resize(problem.residuals(), problem.parameters());
-  if (!problem.jacobian(theta, fit.residual, fit.jacobian)) {
-    fit.solution.status = Status::outside_domain;
-    fit.solution.message = "linearisation failed at the solution";
-    return fit;
+  for (Index i = 0; i < moved; ++i) {
+    const FitParameter& parameter = parameters[static_cast<std::size_t>(i)];
+    set_parameter(fit.plant, parameter.name, get_parameter(plant, parameter.name) + theta(i) * parameter.scale);
   }
-  Matrix H = fit.jacobian.transpose() * fit.jacobian;
-  H.diagonal() += precision;
-  fit.covariance = H.ldlt().solve(Matrix::Identity(H.rows(), H.cols())).topLeftCorner(moved, moved);
-  fit.misfit = fit.residual.squaredNorm() / static_cast<double>(fit.residual.size());
   for (std::size_t i = 0; i < records.size(); ++i) {
     const FitRecord& record = records[i];
     fit.initial_states.push_back(problem.initial_state(theta, i));
     const Simulation result = simulate_measured(fit.plant, record.drive,
                                                 {.substeps = stable_substeps(fit.plant, kSubsteps),
                                                  .decimation = record.ratio,
-                                                 .initial_state = fit.initial_states.back()});
+                                                 .initial_state = whole_state(fit.plant, fit.initial_states.back())});
     fit.error.push_back(result.outputs.leftCols(record.y.cols()) - record.y);
   }
+  fit.residual = scored_residual(fit.error, records);
+  fit.misfit = fit.residual.squaredNorm() / static_cast<double>(fit.residual.size());
+  if (options.linearise && !linearise(fit, parameters, records)) {
+    fit.solution.status = Status::outside_domain;
+    fit.solution.message = "linearisation failed at the solution";
+    fit.error.clear();
+  }
   return fit;
+}
+
+bool linearise(PlantFit& fit, const std::vector<FitParameter>& parameters, const std::vector<FitRecord>& records) {
+  // About the fitted plant the parameters count from zero, in the same scales.
+  const PlantProblem problem(fit.plant, parameters, records, fit.state_scale);
+  const Index moved = problem.moved();
+  Vector theta = Vector::Zero(problem.parameters());
+  for (std::size_t i = 0; i < records.size(); ++i)
+    theta.segment(moved + problem.states() * static_cast<Index>(i), problem.states()) =
+        fit.initial_states[i].cwiseQuotient(fit.state_scale);
+  fit.jacobian.resize(problem.residuals(), problem.parameters());
+  if (!problem.jacobian(theta, fit.residual, fit.jacobian)) return false;
+  Matrix H = Matrix::Zero(problem.parameters(), problem.parameters());
+  H.selfadjointView<Eigen::Lower>().rankUpdate(fit.jacobian.transpose());
+  H.diagonal() += fit.precision;
+  fit.covariance = Eigen::LDLT<Matrix, Eigen::Lower>(H)
+                       .solve(Matrix::Identity(problem.parameters(), problem.parameters()))
+                       .topLeftCorner(moved, moved);
+  return true;
 }
 
 }  // namespace wheelhop

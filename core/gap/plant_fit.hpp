@@ -29,17 +29,22 @@ struct FitRecord {
   Index ratio = 1;    ///< hold samples a sample
   Index skip = 0;     ///< leading samples that are not scored
   Vector weight_std;  ///< p, what the residual of this record is divided by; > 0
+  Vector quantum;     ///< p, step of the lattice seen in the readings, 0: none; empty: not looked for
 };
+
+/// An initial state for a plant that may have masses beyond those of the state, at the end of its list: each of them
+/// starts where and as fast as the mass it hangs on. @param state [q; v] of the first masses @return [q; v] of all
+Vector whole_state(const Plant& plant, const Vector& state);
 
 /// @param weight_std p, the record's noise floor (for a mean of R repeats that of one over sqrt(R))
 /// UserError as drive_of_record and hold_samples_per_record_sample.
 FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std);
 
-/// r = (yhat_k - y_k) ./ weight_std over all records. theta: the parameters in units of their scale, then the initial
-/// state [q; v] of each record in units of `state_scale`. Forward differences: one simulation a parameter over every
-/// record; an initial state is moved in its own record alone, and as far as the plant's slowest mode remembers it.
-/// Columns are shared out over the threads.
-/// Outside the domain: a simulation that fails, a mass or a parameter with a sign it cannot have.
+/// r = (yhat_k - y_k) ./ weight_std over all records, readings not rounded (rounding has no derivative). theta: the
+/// parameters in units of their scale, then the initial state [q; v] of each record in units of `state_scale`. Forward
+/// differences: one simulation a parameter over every record; an initial state is moved in its own record alone, and as
+/// far as the plant's slowest mode remembers it. Columns are shared out over the threads. Outside the domain: a
+/// simulation that fails, a mass or a parameter with a sign it cannot have.
 /// @param plant the start   @param state_scale 2n, > 0
 std::unique_ptr<ResidualProblem> plant_problem(const Plant& plant, const std::vector<FitParameter>& parameters,
                                                const std::vector<FitRecord>& records, ConstVectorRef state_scale);
@@ -52,20 +57,32 @@ struct PlantFit {
   Solution solution;                   ///< cost includes the priors'
   Plant plant;                         ///< with the fitted parameters
   Vector theta;                        ///< of the parameters, in scales
-  Matrix covariance;                   ///< of theta: (J'J + prior precision)^-1, initial states marginalised
   Vector residual;                     ///< r of plant_problem at the solution, without the priors'
-  Matrix jacobian;                     ///< its derivatives; parameters first, then initial states
-  Vector precision;                    ///< of the priors, one a column
+  Vector precision;                    ///< of the priors, one a column of the Jacobian
+  Matrix jacobian;                     ///< derivatives of r; parameters first, then initial states. Of a linearised fit
+  Matrix covariance;                   ///< of theta: (J'J + prior precision)^-1, initial states marginalised. Likewise
+  Vector state_scale, states_at_rest;  ///< 2n, and 2n a record in these: RMS under the drive, and rest in equilibrium
   std::vector<Vector> initial_states;  ///< 2n a record
   std::vector<Matrix> error;           ///< yhat - y a record, p x N, in the units of the outputs; empty if a run failed
   double misfit = 0;                   ///< mean of r^2 over the scored samples: 1 at the floor
 };
 
+struct FitOptions {
+  Index iterations = 12;
+  /// A linearised fit of the same records whose parameters are the first of this one's: its initial states and its
+  /// Jacobian are what this fit starts from, so that a first step costs one simulation a new parameter.
+  const PlantFit* from = nullptr;
+  bool linearise = true;  ///< Jacobian and covariance at the solution
+  Vector theta = {};      ///< start of the parameters, in scales; empty: zero
+};
+
 /// Minimises over parameters and initial states, the latter with a prior of three RMS values around rest. Without
-/// `initial_states` these start from rest in equilibrium and are fitted first and alone. Status in `solution`: as the
-/// solver; outside_domain if the start plant cannot follow the drive at all.
+/// `from` these start from rest in equilibrium and are fitted first and alone. Status in `solution`: as the solver;
+/// outside_domain if the start plant cannot follow the drive at all, `error` is empty then.
 PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& parameters,
-                   const std::vector<FitRecord>& records, const Solver& solver, Index iterations,
-                   const std::vector<Vector>& initial_states = {});
+                   const std::vector<FitRecord>& records, const Solver& solver, const FitOptions& options);
+
+/// Adds Jacobian and covariance to a fit made without. False if a simulation failed.
+bool linearise(PlantFit& fit, const std::vector<FitParameter>& parameters, const std::vector<FitRecord>& records);
 
 }  // namespace wheelhop

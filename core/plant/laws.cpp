@@ -20,6 +20,7 @@ LawKind cavitating_damper();
 LawKind bump_stop();
 LawKind backlash();
 LawKind liftoff();
+LawKind rest_offset();
 
 const std::vector<LawKind>& law_table() {
   static const std::vector<LawKind> table = {linear_spring(),
@@ -37,7 +38,8 @@ const std::vector<LawKind>& law_table() {
                                              cavitating_damper(),
                                              bump_stop(),
                                              backlash(),
-                                             liftoff()};
+                                             liftoff(),
+                                             rest_offset()};
   return table;
 }
 

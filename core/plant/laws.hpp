@@ -54,9 +54,10 @@ struct LawMemory {
 
 /// What a law does to the other laws of its element, instead of adding a force.
 enum class LawRole {
-  force,   ///< adds its force to that of the others
-  play,    ///< value 0 is a gap: the others read the travel that is left beyond it on either side
-  contact  ///< value 0 is a preload: the sum of the others pulls with that force at most
+  force,    ///< adds its force to that of the others
+  play,     ///< value 0 is a gap: the others read the travel that is left beyond it on either side
+  contact,  ///< value 0 is a preload: the sum of the others pulls with that force at most
+  offset    ///< value 0 is a shift: the others read the travel beyond it and count their force from there
 };
 
 /// What is common to all laws of one name. `p` holds the values in the order of `parameters`.

@@ -22,6 +22,7 @@ Motion::Motion(const Plant& plant) {
         case LawRole::force: laws_.push_back(law); continue;
         case LawRole::play: branch.play_m += law.values[0]; break;
         case LawRole::contact: branch.contact_n = std::min(branch.contact_n, law.values[0]); break;
+        case LawRole::offset: branch.offset_m += law.values[0]; break;
       }
       branch.modified = true;
     }
@@ -39,6 +40,12 @@ Motion::Motion(const Plant& plant) {
       law->slopes(0, 0, df_dx, df_dv);
       branch.stiffness_n_per_m += df_dx;
       branch.damping_ns_per_m += df_dv;
+    }
+    if (branch.offset_m != 0) {
+      double rest = 0, f = 0;
+      for (auto law = first; law != memory; ++law)  // memories give no force at rest
+        rest += law->force(branch.offset_m, 0, f) ? f : std::numeric_limits<double>::quiet_NaN();
+      branch.rest_force_n = rest;
     }
     branches_.push_back(branch);
   }
@@ -100,7 +107,7 @@ bool Motion::has_play() const {
 
 double Motion::effective_travel(const Branch& branch, double travel) const {
   if (!branch.modified) return travel;
-  return travel - (1 - play_leak_) * std::clamp(travel, -branch.play_m, branch.play_m);
+  return travel - (1 - play_leak_) * std::clamp(travel, -branch.play_m, branch.play_m) + branch.offset_m;
 }
 
 // Sum of the laws of an element at its effective travel, before a contact bounds it.
@@ -131,7 +138,7 @@ int Motion::accelerations(const double* q, const double* v, const double* z, dou
     double sum;
     if (!force(branch, travel, v_[branch.to] - v_[branch.from], z, sum, z_rate) || !std::isfinite(sum))
       return static_cast<int>(b);
-    if (branch.modified) sum = std::min(sum, branch.contact_n);
+    if (branch.modified) sum = std::min(sum - branch.rest_force_n, branch.contact_n);
     element_force_[b] = sum;
     force_[branch.from] += sum;
     force_[branch.to] -= sum;
@@ -194,7 +201,7 @@ int Motion::slopes(const double* q, const double* v, const double* z, Slopes& re
     const double followed = branch.play_m > 0 && std::abs(own_travel) <= branch.play_m ? play_leak_ : 1;
     double sum = 0;
     if (branch.modified && !force(branch, travel, rate, z, sum, z_rate_.data())) return static_cast<int>(b);
-    const double pulling = sum > branch.contact_n ? 0 : 1;
+    const double pulling = sum - branch.rest_force_n > branch.contact_n ? 0 : 1;
     for (std::size_t k = branch.first_law; k < branch.first_memory; ++k) {
       double df_dx, df_dv;
       if (!laws_[k].slopes(travel, rate, df_dx, df_dv) || !std::isfinite(df_dx + df_dv)) return static_cast<int>(b);
@@ -251,7 +258,9 @@ Motion::Energy Motion::energy(const double* q, const double* v, const double* z)
       result.undefined_element = static_cast<int>(b);
       return result;
     }
-    double gradient = 0;  // the part of the force that comes from energy stored in the travel
+    sum -= branch.rest_force_n;
+    double gradient = -branch.rest_force_n;  // the part of the force that comes from energy stored in the travel
+    result.potential_j -= branch.rest_force_n * (travel - branch.offset_m);
     for (std::size_t k = branch.first_law; k < branch.first_memory; ++k) {
       double still;
       if (!laws_[k].force(travel, 0, still)) {

@@ -102,8 +102,9 @@ class Motion {
     double stiffness_n_per_m, damping_ns_per_m;  // ... those before are summed here ...
     std::size_t first_memory;                    // ... those from here on have states, z[first_state] the first
     std::size_t first_state;
-    bool modified;  // by a clearance or a contact
-    double play_m, contact_n;
+    bool modified;  // by a clearance, a contact or a shifted working point
+    double play_m, contact_n, offset_m;
+    double rest_force_n;  // of the laws at the working point
   };
   struct Drive {
     Index node;  // of a displacement

@@ -128,7 +128,12 @@ Matrix apply_drive_paths(const Plant& plant, ConstMatrixRef drive, Index first_s
       const double most = path.rate_limit / hold_hz;
       for (Index k = 1; k < u.size(); ++k) u(k) = u(k - 1) + std::clamp(u(k) - u(k - 1), -most, most);
     }
-    if (std::isfinite(path.saturation)) u = u.cwiseMax(-path.saturation).cwiseMin(path.saturation);
+    if (std::isfinite(path.saturation) && std::isfinite(path.saturation_sharpness)) {
+      const double n = path.saturation_sharpness;
+      for (double& value : u) value /= std::pow(1 + std::pow(std::abs(value / path.saturation), n), 1 / n);
+    } else if (std::isfinite(path.saturation)) {
+      u = u.cwiseMax(-path.saturation).cwiseMin(path.saturation);
+    }
     felt.row(i) = u.transpose();
   }
   return felt;

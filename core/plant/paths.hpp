@@ -2,9 +2,11 @@
 /// What lies between a command and the plant, and between the plant and a record: drive paths and sensor paths. All of
 /// it is optional in a plant file, as keys of the inputs and sensors; absent keys are ideal.
 ///
-/// Input: `"gain": 1, "offset": 0, "delay_s": 0, "lag": {...}, "rate_limit": none, "saturation": none`; the plant feels
-///   saturate(limit(lag(gain u(t (1 + clock_skew) - delay_s) + offset))), offset, rate limit and saturation in the
-///   input's unit (the limit per second).
+/// Input: `"gain": 1, "offset": 0, "delay_s": 0, "lag": {...}, "rate_limit": none, "saturation": none,
+/// "saturation_sharpness": none`;
+///   the plant feels saturate(limit(lag(gain u(t (1 + clock_skew) - delay_s) + offset))), offset, rate limit and
+///   saturation in the input's unit (the limit per second). A saturation L of sharpness n is u / (1 + |u / L|^n)^(1/n):
+///   soft near the end of stroke, and the hard limit for n without bound.
 /// Sensor: `"gain": 1, "crosstalk": {CHANNEL: factor}, "lag": {...}, "bias": 0, "drift_per_s": 0, "quantum": 0`; the
 ///   record holds round(lag(gain y + sum factor y_CHANNEL) + bias + drift_per_s t), t from the record's first sample.
 /// `lag`: `{"time_constant_s": tau}` is 1 / (1 + tau s); `{"cutoff_hz": f, "damping_ratio": 0.7}` is
@@ -34,6 +36,7 @@ struct DrivePath {
   Lag lag = {};
   double rate_limit = std::numeric_limits<double>::infinity();
   double saturation = std::numeric_limits<double>::infinity();
+  double saturation_sharpness = std::numeric_limits<double>::infinity();
 };
 
 struct SensorPath {
@@ -62,6 +65,7 @@ void visit_drive_path(AnyPath& path, const std::string& unit, Visit visit) {
   visit_lag(path.lag, visit);
   visit("rate_limit", unit + "/s", path.rate_limit, ideal.rate_limit, Range{.low = 1e-12});
   visit("saturation", unit, path.saturation, ideal.saturation, Range{.low = 1e-12});
+  visit("saturation_sharpness", "-", path.saturation_sharpness, ideal.saturation_sharpness, Range{.low = 1});
 }
 template <class AnyPath, class Visit>
 void visit_sensor_path(AnyPath& path, const std::string& unit, Visit visit) {

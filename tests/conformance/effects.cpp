@@ -6,6 +6,7 @@
 
 #include "core/gap/screen.hpp"
 #include "core/plant/dataset.hpp"
+#include "core/plant/simulate.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
@@ -20,6 +21,7 @@ struct Case {
   Plant plant;
   FitRecord record;
   Vector rest;
+  Operation operation;
 };
 
 /// A smooth drive from rest, small enough for every plant and every end stop.
@@ -40,6 +42,10 @@ Case make_case(const std::string& text, double level) {
   c.record.y = Matrix::Zero(c.plant.sensor_count(), samples);
   c.record.weight_std = Vector::Ones(c.plant.sensor_count());
   c.rest = Vector::Zero(2 * c.plant.mass_count());
+  const Simulation still = simulate(c.plant, c.record.drive, {.decimation = ratio});
+  c.record.y = still.outputs;
+  c.record.quantum = 0.01 * c.record.y.rowwise().norm();
+  REQUIRE(operation_of(c.plant, {c.record}, {c.rest}, c.operation));
   return c;
 }
 
@@ -53,13 +59,19 @@ TEST_CASE("candidates stand at places of the plant, name parameters it has, and 
   for (const Case& c : cases()) {
     std::set<std::string> places = {"actuator", "timebase"};
     for (const Element& element : c.plant.elements) places.insert(element.name);
+    for (const Mass& mass : c.plant.masses) places.insert(mass.name);
     for (const Sensor& sensor : c.plant.sensors) places.insert("sensor:" + sensor.name);
     std::set<std::string> seen;
-    for (const EffectCandidate& candidate : effect_candidates(c.plant)) {
+    for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation)) {
       CAPTURE(c.plant.name, candidate.effect, candidate.location, candidate.form);
       CHECK(places.count(candidate.location) == 1);
       seen.insert(candidate.effect);
-      REQUIRE_FALSE(candidate.parameters.empty());
+      CHECK(candidate.parameters.empty() == (candidate.effect == "quantisation"));
+      for (const Plausible& plausible : candidate.plausible) {
+        CHECK(0 < plausible.low);
+        CHECK(plausible.low < plausible.high);
+        CHECK_NOTHROW(get_parameter(candidate.plant, plausible.parameter));
+      }
       for (const FitParameter& parameter : candidate.parameters) {
         CHECK(parameter.scale > 0);
         CHECK_NOTHROW(get_parameter(candidate.plant, parameter.name));
@@ -75,8 +87,8 @@ TEST_CASE("a proportional effect acts more the stronger it is, and at its ideal 
   for (const Case& c : cases()) {
     Vector base;
     REQUIRE(plant_residual(c.plant, {c.record}, {c.rest}, base));
-    for (EffectCandidate candidate : effect_candidates(c.plant)) {
-      if (!candidate.proportional || candidate.parameters.size() > 1) continue;
+    for (EffectCandidate candidate : effect_candidates(c.plant, c.operation)) {
+      if (!candidate.proportional || candidate.parameters.size() != 1) continue;
       CAPTURE(c.plant.name, candidate.effect, candidate.location, candidate.form);
       const std::string& name = candidate.parameters.front().name;
       const double typical = get_parameter(candidate.plant, name) - candidate.ideal;
@@ -95,17 +107,20 @@ TEST_CASE("a proportional effect acts more the stronger it is, and at its ideal 
 
 TEST_CASE("the screen finds the effect that is missing, at its place, and nothing in what re-tuning can do") {
   Case c = make_case(quarter_car_text, 0.01);
+  c.record.quantum.setZero();
+  REQUIRE(operation_of(c.plant, {c.record}, {c.rest}, c.operation));
   Plant truth = c.plant;
-  for (EffectCandidate& candidate : effect_candidates(c.plant))
+  for (EffectCandidate& candidate : effect_candidates(c.plant, c.operation))
     if (candidate.effect == "damper_asymmetry") truth = candidate.plant;
   Random random = numbers(612);
   const GeneratedRecord record = generate_record(truth, c.record.drive, 200);
   REQUIRE(record.status == Status::ok);
   c.record.weight_std = 0.01 * (record.signal.y.rowwise().norm() / std::sqrt(200.0));
   c.record.y = record.signal.y + c.record.weight_std.asDiagonal() * random.normal(3, 200);
-  const PlantFit base = fit_plant(c.plant, tolerance_parameters(c.plant), {c.record}, *make_levenberg_marquardt({}), 8);
+  const PlantFit base =
+      fit_plant(c.plant, tolerance_parameters(c.plant), {c.record}, *make_levenberg_marquardt({}), {8});
   REQUIRE(base.error.size() == 1);
-  std::vector<EffectCandidate> candidates = effect_candidates(base.plant);
+  std::vector<EffectCandidate> candidates = effect_candidates(base.plant, c.operation);
   EffectCandidate stiffer{"stiffness", "tyre", "", base.plant, {}};
   stiffer.either_sign = true;
   set_parameter(stiffer.plant, "tyre.linear_spring.stiffness_n_per_m", 201000);

@@ -31,7 +31,7 @@ std::vector<Place> places_of(const Plant& nominal, const Plant& truth) {
   REQUIRE(made.status == Status::ok);
   record.weight_std = 0.01 * made.signal.y.rowwise().norm() / std::sqrt(static_cast<double>(samples));
   record.y = made.signal.y + record.weight_std.asDiagonal() * random.normal(made.signal.y.rows(), samples);
-  const PlantFit fit = fit_plant(nominal, {}, {record}, *make_levenberg_marquardt({}), 6);
+  const PlantFit fit = fit_plant(nominal, {}, {record}, *make_levenberg_marquardt({}), {6});
   REQUIRE(fit.error.size() == 1);
   return locate(fit, {record});
 }

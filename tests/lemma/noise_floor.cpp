@@ -101,3 +101,24 @@ TEST_CASE("repeats of different drives or lengths, and outputs without noise, ar
   CHECK_THROWS_WITH(noise_floor(shorter), Contains("4000") && Contains("3999"));
   CHECK_THROWS_WITH(noise_floor(noisy(2, Vector::Zero(2))), Contains("travel") && Contains("noise_std"));
 }
+
+TEST_CASE("white noise has the colour 1, first-order noise that of its density at rest") {
+  CHECK(noise_floor(noisy(2, kStd)).colour < 1.4);
+  // (1 + a) / (1 - a) at zero frequency, seen over a band of 1/24 of all.
+  const double peak = noise_floor(noisy(2, kStd, 0.8)).colour;
+  CHECK(peak > 4);
+  CHECK(peak < 9);
+}
+
+TEST_CASE("readings of a converter show its step, others show none") {
+  Random random = numbers(502);
+  const Vector fine = random.normal(3000, 1);
+  for (const double step : {0.05, 0.3}) {
+    Vector rounded(fine.size());
+    for (Index k = 0; k < fine.size(); ++k) rounded(k) = 0.013 + step * std::round(fine(k) / step);
+    CHECK(lattice_step(rounded) == Approx(step).epsilon(1e-6));
+  }
+  CHECK(lattice_step(fine) == 0);
+  CHECK(lattice_step(Vector::Constant(100, 3.0)) == 0);
+  CHECK(lattice_step(Vector()) == 0);
+}

@@ -57,7 +57,7 @@ TEST_CASE("parameters moved inside their tolerances are found again, and the mis
   const std::vector<FitParameter> moved = {{"suspension.viscous_damper.damping_ns_per_m", 850 * 0.15, 0},
                                            {"tyre.linear_spring.stiffness_n_per_m", 20000, 0}};
   const Measurement m = measure(truth, 10, 0.004, 0.01, 510);
-  const PlantFit fit = fit_plant(nominal, moved, {m.record}, *make_levenberg_marquardt({}), 20);
+  const PlantFit fit = fit_plant(nominal, moved, {m.record}, *make_levenberg_marquardt({}), {20});
   INFO(fit.solution.message);
   REQUIRE(fit.solution.status != Status::outside_domain);
   CHECK(fit.misfit == Approx(1).epsilon(0.05));
@@ -78,7 +78,7 @@ TEST_CASE("a common factor of masses and forces cannot be seen: its posterior is
   const Plant nominal = plant_from(quarter_car_text);
   const std::vector<FitParameter> all = tolerance_parameters(nominal);
   const Measurement m = measure(nominal, 8, 0.003, 0.01, 511);
-  const PlantFit fit = fit_plant(nominal, all, {m.record}, *make_levenberg_marquardt({}), 10);
+  const PlantFit fit = fit_plant(nominal, all, {m.record}, *make_levenberg_marquardt({}), {10});
   REQUIRE(fit.solution.status != Status::outside_domain);
   // Direction in theta of one relative change of every mass, stiffness and damping; shape parameters stay.
   Vector direction = Vector::Zero(static_cast<Index>(all.size())), precision = direction;
@@ -109,7 +109,7 @@ TEST_CASE("the scale of a parameter is a unit: it does not change what is found"
   int at = 0;
   for (const double scale : {0.2, 1.0})
     found[at++] = get_parameter(fit_plant(nominal, {{"spring.viscous_damper.damping_ns_per_m", scale, 0}}, {m.record},
-                                          *make_levenberg_marquardt({}), 30)
+                                          *make_levenberg_marquardt({}), {30})
                                     .plant,
                                 "spring.viscous_damper.damping_ns_per_m");
   CHECK(found[0] == Approx(5).epsilon(1e-5));
@@ -120,7 +120,8 @@ TEST_CASE("a drive that the plant cannot follow is outside the domain, and negat
   const Plant nominal = plant_from(quarter_car_text);
   Measurement m = measure(nominal, 2, 0.003, 0.01, 513);
   m.record.drive *= 100;
-  const PlantFit fit = fit_plant(nominal, tolerance_parameters(nominal), {m.record}, *make_levenberg_marquardt({}), 5);
+  const PlantFit fit =
+      fit_plant(nominal, tolerance_parameters(nominal), {m.record}, *make_levenberg_marquardt({}), {5});
   CHECK(fit.solution.status == Status::outside_domain);
   CHECK_FALSE(fit.solution.message.empty());
 
@@ -143,7 +144,7 @@ TEST_CASE("a law with memory and the delay of the drive are fitted like any othe
   set_parameter(truth, "actuator:road.delay_s", 0.0023);
   const std::vector<FitParameter> moved = {{"suspension.bouc_wen.force_n", 20, 0}, {"actuator:road.delay_s", 1e-3, 0}};
   const Measurement m = measure(truth, 10, 0.004, 0.01, 514);
-  const PlantFit fit = fit_plant(start, moved, {m.record}, *make_levenberg_marquardt({}), 30);
+  const PlantFit fit = fit_plant(start, moved, {m.record}, *make_levenberg_marquardt({}), {30});
   INFO(fit.solution.message);
   REQUIRE(fit.solution.status != Status::outside_domain);
   CHECK(fit.misfit == Approx(1).epsilon(0.05));

@@ -169,6 +169,31 @@ TEST_CASE("inside its clearance an element's spring is slack, and a load rests b
   CHECK(lifted.positions(0) == Approx(0.4));
 }
 
+TEST_CASE("a shifted working point gives F(x + x0) - F(x0), and a linear spring does not notice it") {
+  const double x0 = 0.004, k2 = 3e5, k3 = 2e7;
+  Plant plant = one_mass_with({});
+  plant.elements[0].laws = {law_from(R"({"law": "polynomial_spring", "coefficients": [9000, 3e5, 2e7]})"),
+                            law_from(R"({"law": "rest_offset", "offset_m": 0.004})")};
+  Motion motion(plant);
+  const double u = 0;
+  motion.set_inputs(&u, &u);
+  const auto spring = [&](double x) { return 9000 * x + k2 * x * x + k3 * x * x * x; };
+  for (const double x : {-0.003, 0.0, 0.005}) {
+    const double v = 0;
+    double a = 0;
+    REQUIRE(motion.accelerations(&x, &v, &a) == Motion::all_defined);
+    CHECK(motion.element_force(0) == Approx(spring(x + x0) - spring(x0)).margin(1e-9));
+    Matrix stiffness, damping;
+    REQUIRE(motion.slopes(&x, &v, stiffness, damping) == Motion::all_defined);
+    const double slope = 9000 + 2 * k2 * (x + x0) + 3 * k3 * (x + x0) * (x + x0);
+    CHECK(stiffness(0, 0) == Approx(slope));
+    // The energy's slope is the force.
+    const double h = 1e-6, ahead = x + h, behind = x - h;
+    const double rise = motion.energy(&ahead, &v).potential_j - motion.energy(&behind, &v).potential_j;
+    CHECK(rise / (2 * h) == Approx(spring(x + x0) - spring(x0)).epsilon(1e-6).margin(1e-3));
+  }
+}
+
 TEST_CASE("every law works between the ground and a mass") {
   for (const LawKind& kind : law_table()) {
     Json guide = {{"name", "guide"}, {"between", {"ground", "body"}}, {"laws", Json::array()}};

@@ -246,3 +246,20 @@ TEST_CASE("mistakes in paths are refused with their place and the known names") 
   plant["clock_skew"] = 0.5;
   CHECK_THROWS_WITH(plant_from(plant.dump()), Contains("$.clock_skew"));
 }
+
+TEST_CASE("a soft end of stroke never passes its limit, hardly bends small commands, and hardens with its sharpness") {
+  Plant plant = plant_from(quarter_car_text);
+  Matrix drive(1, 9);
+  drive << -0.5, -0.05, -0.02, -0.001, 0, 0.001, 0.02, 0.05, 0.5;
+  const auto felt = [&](double sharpness) {
+    plant.inputs[0].path.saturation = 0.03;
+    plant.inputs[0].path.saturation_sharpness = sharpness;
+    return apply_drive_paths(plant, drive, 0);
+  };
+  const Matrix hard = felt(std::numeric_limits<double>::infinity()), soft = felt(4);
+  CHECK(soft.cwiseAbs().maxCoeff() <= 0.03);
+  CHECK(soft(0, 5) == Approx(0.001).epsilon(1e-5));
+  CHECK((soft + soft.rowwise().reverse()).norm() < 1e-15);
+  CHECK(soft(0, 6) < hard(0, 6));
+  CHECK((felt(200) - hard).cwiseAbs().maxCoeff() < 2e-4);
+}

@@ -3,7 +3,7 @@
 namespace wheelhop {
 
 std::shared_ptr<const Effect> make_actuator_lag(const EffectOptions&) {
-  return effect_family("actuator_lag", [](const Plant& plant, std::vector<EffectCandidate>& list) {
+  return effect_family("actuator_lag", [](const Plant& plant, const Operation&, std::vector<EffectCandidate>& list) {
     for (const PlantInput& input : plant.inputs) {
       const std::string path = "actuator:" + input.name;
       list.push_back(

@@ -1,22 +1,30 @@
-#include "variants/effect/effects.hpp"
-
 #include <limits>
+#include "variants/effect/effects.hpp"
 
 namespace wheelhop {
 
 std::shared_ptr<const Effect> make_bump_stop(const EffectOptions&) {
-  return effect_family("bump_stop", [](const Plant& plant, std::vector<EffectCandidate>& list) {
+  return effect_family("bump_stop", [](const Plant& plant, const Operation& operation,
+                                       std::vector<EffectCandidate>& list) {
     for (std::size_t e = 0; e < plant.elements.size(); ++e) {
-      if (at_drive(plant, plant.elements[e])) continue;
+      const double stiffness = stiffness_at_rest(plant.elements[e]);
+      if (at_drive(plant, plant.elements[e]) || stiffness <= 0) continue;
       constexpr double none = std::numeric_limits<double>::infinity();
       // Two gaps a side: a stop acts nowhere but beyond its gap, so no fit finds a gap it does not start near.
-      for (const double gap_m : {0.02, 0.035}) {
-        list.push_back(with_law(plant, e, "bump_stop", "shrinking travel", "bump_stop", {gap_m, none, 5e4, 2},
-                                {{"compression_gap_m", 0.005}, {"stiffness_n_per_m", 2e4}}));
-        list.back().proportional = false;
-        list.push_back(with_law(plant, e, "bump_stop", "growing travel", "bump_stop", {none, gap_m, 5e4, 2},
-                                {{"extension_gap_m", 0.005}, {"stiffness_n_per_m", 2e4}}));
-        list.back().proportional = false;
+      for (const double share : {0.45, 0.75}) {
+        const double shrinking = -share * operation.elements[e].travel_low_m;
+        const double growing = share * operation.elements[e].travel_high_m;
+        if (shrinking > 0) {
+          list.push_back(with_law(plant, e, "bump_stop", "shrinking travel", "bump_stop",
+                                  {shrinking, none, stiffness, 2},
+                                  {{"compression_gap_m", 0.1 * shrinking}, {"stiffness_n_per_m", third(stiffness)}}));
+          list.back().proportional = false;
+        }
+        if (growing > 0) {
+          list.push_back(with_law(plant, e, "bump_stop", "growing travel", "bump_stop", {none, growing, stiffness, 2},
+                                  {{"extension_gap_m", 0.1 * growing}, {"stiffness_n_per_m", third(stiffness)}}));
+          list.back().proportional = false;
+        }
       }
     }
   });

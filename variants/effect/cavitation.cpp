@@ -3,17 +3,19 @@
 namespace wheelhop {
 
 std::shared_ptr<const Effect> make_cavitation(const EffectOptions&) {
-  return effect_family("cavitation", [](const Plant& plant, std::vector<EffectCandidate>& list) {
-    for (std::size_t e = 0; e < plant.elements.size(); ++e) {
-      const double damping = viscous_damping(plant.elements[e]);
-      if (damping <= 0) continue;
-      for (const double side : {1.0, -1.0}) {
-        list.push_back(with_law(plant, e, "cavitation", side > 0 ? "rebound" : "jounce", "cavitating_damper",
-                                {damping, 0.002, side}, {{"dead_travel_m", 0.0007}}));
-        list.back().proportional = false;  // the shorter the travel, the stiffer the equation
-      }
-    }
-  });
+  return effect_family(
+      "cavitation", [](const Plant& plant, const Operation& operation, std::vector<EffectCandidate>& list) {
+        for (std::size_t e = 0; e < plant.elements.size(); ++e) {
+          const double damping = viscous_damping(plant.elements[e]);
+          const double travel = 0.25 * operation.elements[e].travel_rms_m;
+          if (damping <= 0 || !(travel > 0)) continue;
+          for (const double side : {1.0, -1.0}) {
+            list.push_back(with_law(plant, e, "cavitation", side > 0 ? "rebound" : "jounce", "cavitating_damper",
+                                    {damping, travel, side}, {{"dead_travel_m", third(travel)}}));
+            list.back().proportional = false;  // the shorter the travel, the stiffer the equation
+          }
+        }
+      });
 }
 
 }  // namespace wheelhop

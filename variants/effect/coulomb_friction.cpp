@@ -2,17 +2,25 @@
 
 namespace wheelhop {
 
-// A strut slides with 20 to 100 N, with side load 150 N.
+// A strut slides with 20 to 100 N, with side load 150 N; on another bench, with a share of the forces at work there.
 std::shared_ptr<const Effect> make_coulomb_friction(const EffectOptions&) {
-  return effect_family("coulomb_friction", [](const Plant& plant, std::vector<EffectCandidate>& list) {
-    for (std::size_t e = 0; e < plant.elements.size(); ++e) {
-      list.push_back(with_law(plant, e, "coulomb_friction", "smoothed sign", "coulomb_friction", {40, 0, 0.05, 0.005},
-                              {{"force_n", 15}, {"velocity_m_per_s", 0.002}}));
-      // Sliding that a stiff elastic travel of a tenth of a millimetre precedes (Dahl 1968).
-      list.push_back(with_law(plant, e, "coulomb_friction", "presliding", "bouc_wen", {40, 1e-4, 1, 0.5},
-                              {{"force_n", 15}, {"yield_travel_m", 3e-5}}));
-    }
-  });
+  return effect_family(
+      "coulomb_friction", [](const Plant& plant, const Operation& operation, std::vector<EffectCandidate>& list) {
+        for (std::size_t e = 0; e < plant.elements.size(); ++e) {
+          const ElementOperation& own = operation.elements[e];
+          const double force = 0.1 * own.force_rms_n, speed = 0.03 * own.rate_rms_m_per_s;
+          if (!(force > 0 && speed > 0)) continue;
+          list.push_back(with_law(plant, e, "coulomb_friction", "smoothed sign", "coulomb_friction",
+                                  {force, 0, 10 * speed, speed},
+                                  {{"force_n", third(force)}, {"velocity_m_per_s", third(speed)}}));
+          plausibly(list.back(), "velocity_m_per_s", 1e-3 * own.rate_rms_m_per_s, 0.2 * own.rate_rms_m_per_s);
+          // Sliding that a stiff elastic travel of some percent of the whole precedes (Dahl 1968).
+          const double yield = 0.02 * own.travel_rms_m;
+          list.push_back(with_law(plant, e, "coulomb_friction", "presliding", "bouc_wen", {force, yield, 1, 0.5},
+                                  {{"force_n", third(force)}, {"yield_travel_m", third(yield)}}));
+          plausibly(list.back(), "yield_travel_m", 2e-5, 3e-4);
+        }
+      });
 }
 
 }  // namespace wheelhop

@@ -3,7 +3,7 @@
 namespace wheelhop {
 
 std::shared_ptr<const Effect> make_damper_fade(const EffectOptions&) {
-  return effect_family("damper_fade", [](const Plant& plant, std::vector<EffectCandidate>& list) {
+  return effect_family("damper_fade", [](const Plant& plant, const Operation&, std::vector<EffectCandidate>& list) {
     for (std::size_t e = 0; e < plant.elements.size(); ++e) {
       const double damping = viscous_damping(plant.elements[e]);
       if (damping <= 0) continue;

@@ -3,18 +3,26 @@
 namespace wheelhop {
 
 std::shared_ptr<const Effect> make_damper_nonlinearity(const EffectOptions&) {
-  return effect_family("damper_nonlinearity", [](const Plant& plant, std::vector<EffectCandidate>& list) {
+  return effect_family("damper_nonlinearity", [](const Plant& plant, const Operation& operation,
+                                                 std::vector<EffectCandidate>& list) {
     for (std::size_t e = 0; e < plant.elements.size(); ++e) {
       const double damping = viscous_damping(plant.elements[e]);
-      if (damping <= 0) continue;
-      list.push_back(with_law(plant, e, "damper_nonlinearity", "digressive", "digressive_damper", {damping, 0.2, 0.5},
-                              {{"knee_velocity_m_per_s", 0.06}, {"exponent", 0.2}}));
+      const ElementOperation& own = operation.elements[e];
+      if (damping <= 0 || !(own.rate_rms_m_per_s > 0)) continue;
+      // Below the knee the damper is the viscous one, beyond it bends: from twice the usual speed or from the usual.
+      for (const double share : {0.7, 2.0}) {
+        const double knee = share * own.rate_rms_m_per_s;
+        list.push_back(with_law(plant, e, "damper_nonlinearity", "digressive", "digressive_damper",
+                                {damping, knee, 0.5}, {{"knee_velocity_m_per_s", third(knee)}, {"exponent", 0.2}}));
+        list.back().proportional = false;
+      }
+      const double knee = 2 * own.rate_rms_m_per_s;
+      list.push_back(with_law(plant, e, "damper_nonlinearity", "progressive", "digressive_damper", {damping, knee, 1.5},
+                              {{"knee_velocity_m_per_s", third(knee)}, {"exponent", 0.2}}));
       list.back().proportional = false;
-      list.push_back(with_law(plant, e, "damper_nonlinearity", "progressive", "digressive_damper", {damping, 0.5, 1.5},
-                              {{"knee_velocity_m_per_s", 0.15}, {"exponent", 0.2}}));
-      list.back().proportional = false;
+      const double per_m = 0.1 / std::max(own.travel_rms_m, 1e-9), per_m2 = per_m / std::max(own.travel_rms_m, 1e-9);
       list.push_back(with_law(plant, e, "damper_nonlinearity", "position dependent", "position_dependent_damper",
-                              {damping, 40, 0.5}, {{"per_m2", 40}, {"per_m", 1}}));
+                              {damping, per_m2, per_m}, {{"per_m2", third(per_m2)}, {"per_m", third(per_m)}}));
       list.back().either_sign = true;
     }
   });

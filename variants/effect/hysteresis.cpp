@@ -3,14 +3,21 @@
 namespace wheelhop {
 
 std::shared_ptr<const Effect> make_hysteresis(const EffectOptions&) {
-  return effect_family("hysteresis", [](const Plant& plant, std::vector<EffectCandidate>& list) {
-    for (std::size_t e = 0; e < plant.elements.size(); ++e) {
-      // Two yield travels: bushings creep over millimetres, a strut breaks away within tenths.
-      for (const double yield_m : {0.0005, 0.002})
-        list.push_back(with_law(plant, e, "hysteresis", "Bouc-Wen", "bouc_wen", {60, yield_m, 1, 0.5},
-                                {{"force_n", 20}, {"yield_travel_m", 0.3 * yield_m}}));
-    }
-  });
+  return effect_family(
+      "hysteresis", [](const Plant& plant, const Operation& operation, std::vector<EffectCandidate>& list) {
+        for (std::size_t e = 0; e < plant.elements.size(); ++e) {
+          const ElementOperation& own = operation.elements[e];
+          const double force = 0.1 * own.force_rms_n;
+          if (!(force > 0 && own.travel_rms_m > 0)) continue;
+          // Two yield travels: a share of the travel, and one the element hardly leaves.
+          for (const double share : {0.1, 0.5}) {
+            const double yield = share * own.travel_rms_m;
+            list.push_back(with_law(plant, e, "hysteresis", "Bouc-Wen", "bouc_wen", {force, yield, 1, 0.5},
+                                    {{"force_n", third(force)}, {"yield_travel_m", third(yield)}}));
+            plausibly(list.back(), "yield_travel_m", 2e-4, 5e-3);
+          }
+        }
+      });
 }
 
 }  // namespace wheelhop

@@ -3,7 +3,7 @@
 namespace wheelhop {
 
 std::shared_ptr<const Effect> make_sensor_lag(const EffectOptions&) {
-  return effect_family("sensor_lag", [](const Plant& plant, std::vector<EffectCandidate>& list) {
+  return effect_family("sensor_lag", [](const Plant& plant, const Operation&, std::vector<EffectCandidate>& list) {
     for (const Sensor& sensor : plant.sensors) {
       const std::string place = "sensor:" + sensor.name;
       list.push_back(

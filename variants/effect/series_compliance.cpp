@@ -3,13 +3,17 @@
 namespace wheelhop {
 
 std::shared_ptr<const Effect> make_series_compliance(const EffectOptions&) {
-  return effect_family("series_compliance", [](const Plant& plant, std::vector<EffectCandidate>& list) {
-    for (std::size_t e = 0; e < plant.elements.size(); ++e) {
-      for (const double relaxation_s : {0.002, 0.01})
-        list.push_back(with_law(plant, e, "series_compliance", "Maxwell branch", "maxwell_branch", {4e4, relaxation_s},
-                                {{"series_stiffness_n_per_m", 1e4}, {"relaxation_s", 0.3 * relaxation_s}}));
-    }
-  });
+  return effect_family(
+      "series_compliance", [](const Plant& plant, const Operation&, std::vector<EffectCandidate>& list) {
+        for (std::size_t e = 0; e < plant.elements.size(); ++e) {
+          const double stiffness = 0.5 * stiffness_at_rest(plant.elements[e]);
+          if (!(stiffness > 0)) continue;
+          for (const double relaxation_s : {0.002, 0.01, 0.05})
+            list.push_back(
+                with_law(plant, e, "series_compliance", "Maxwell branch", "maxwell_branch", {stiffness, relaxation_s},
+                         {{"series_stiffness_n_per_m", third(stiffness)}, {"relaxation_s", third(relaxation_s)}}));
+        }
+      });
 }
 
 }  // namespace wheelhop

@@ -49,16 +49,24 @@ const std::vector<Entry<EffectPiece>>& effect_table() {
                                                          "an offset of a sensor"),
       table_entry<EffectPiece, EffectOptions, make_drift>("drift", "warming electronics", "a sensor that drifts"),
       table_entry<EffectPiece, EffectOptions, make_clock_skew>("clock_skew", "quartz clocks: 10 to 100 ppm",
-                                                               "clocks of drive and record that run apart")};
+                                                               "clocks of drive and record that run apart"),
+      table_entry<EffectPiece, EffectOptions, make_crosstalk>("crosstalk", "tilted mounts: 0.5 to 3 %",
+                                                              "a channel that sees a share of another"),
+      table_entry<EffectPiece, EffectOptions, make_quantisation>("quantisation", "converters of 8 to 12 bits",
+                                                                 "readings rounded to steps that matter"),
+      table_entry<EffectPiece, EffectOptions, make_added_mode>("added_mode", "seats, engines, top mounts: 4 to 60 Hz",
+                                                               "a mass on a spring that the plant does not know"),
+      table_entry<EffectPiece, EffectOptions, make_static_offset>("static_offset", "ride height: 5 to 20 mm",
+                                                                  "a spring that works about another point")};
   return table;
 }
 
-std::vector<EffectCandidate> effect_candidates(const Plant& plant) {
+std::vector<EffectCandidate> effect_candidates(const Plant& plant, const Operation& operation) {
   std::vector<EffectCandidate> all;
   for (const Entry<EffectPiece>& entry : effect_table()) {
     const Json config = {{"name", entry.name}};
     const EffectPiece family = entry.make(JsonCursor::from(config, "effect")).piece;
-    for (EffectCandidate& candidate : family->candidates(plant)) all.push_back(std::move(candidate));
+    for (EffectCandidate& candidate : family->candidates(plant, operation)) all.push_back(std::move(candidate));
   }
   return all;
 }

@@ -5,7 +5,7 @@
 namespace wheelhop {
 
 std::shared_ptr<const Effect> make_tyre_damping(const EffectOptions&) {
-  return effect_family("tyre_damping", [](const Plant& plant, std::vector<EffectCandidate>& list) {
+  return effect_family("tyre_damping", [](const Plant& plant, const Operation&, std::vector<EffectCandidate>& list) {
     for (std::size_t e = 0; e < plant.elements.size(); ++e) {
       const Element& tyre = plant.elements[e];
       if (!at_drive(plant, tyre)) continue;

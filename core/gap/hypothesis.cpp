@@ -1,0 +1,158 @@
+#include "core/gap/hypothesis.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/base/status.hpp"
+#include "core/gap/closure.hpp"
+#include "core/gap/screen.hpp"
+
+namespace wheelhop {
+namespace {
+
+GapStage stage_of(const Study& study, const PlantFit& run) {
+  GapStage stage;
+  stage.misfit = run.misfit;
+  const Index p = run.plant.sensor_count();
+  Vector error_power = Vector::Zero(p), power = error_power;
+  std::vector<double> blocks;
+  for (std::size_t i = 0; i < run.error.size(); ++i) {
+    const FitRecord& record = study.data.held_out[i];
+    const Index kept = record.y.cols() - record.skip;
+    const Matrix error = run.error[i].rightCols(kept);
+    error_power += error.rowwise().squaredNorm();
+    power += record.y.rightCols(kept).rowwise().squaredNorm();
+    const Vector own = block_misfits(record.weight_std.cwiseInverse().asDiagonal() * error, study.data.block);
+    blocks.insert(blocks.end(), own.begin(), own.end());
+  }
+  stage.blocks = Eigen::Map<Vector>(blocks.data(), static_cast<Index>(blocks.size()));
+  for (Index i = 0; i < p; ++i) stage.nrmse.push_back(std::sqrt(error_power(i) / power(i)));
+  return stage;
+}
+
+constexpr Index kQuickIterations = 5;
+constexpr double kNear = 0.15;  // of the fall of chi2, by which a quick fit may lie behind the best and be fitted on
+
+/// Fits from `hypothesis.start` and scores; false where a simulation failed.
+bool complete(const Study& study, const Solver& solver, const FitOptions& fitted, const FitOptions& held_out,
+              Hypothesis& hypothesis) {
+  hypothesis.fit = fit_plant(hypothesis.start, hypothesis.parameters, study.data.fitted, solver, fitted);
+  if (hypothesis.fit.error.empty()) return false;
+  hypothesis.held_out = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, held_out);
+  if (hypothesis.held_out.error.empty() || !std::isfinite(hypothesis.held_out.misfit)) {
+    hypothesis.stage = {};
+    hypothesis.stage.misfit = std::numeric_limits<double>::infinity();
+    return false;
+  }
+  hypothesis.stage = stage_of(study, hypothesis.held_out);
+  hypothesis.chi2 = hypothesis.fit.residual.squaredNorm() +
+                    hypothesis.fit.theta.cwiseAbs2().dot(hypothesis.fit.precision.head(hypothesis.fit.theta.size()));
+  if (study.data.apart) hypothesis.chi2 += hypothesis.held_out.residual.squaredNorm();
+  return true;
+}
+
+/// One full fit from the plant as delivered with the base's effects, the new strength as screened.
+bool fit_candidate(const Study& study, const Hypothesis& base, EffectCandidate candidate, double strength,
+                   Hypothesis& out) {
+  out.effects = base.effects;
+  out.parameters = base.parameters;
+  out.parameters.insert(out.parameters.end(), candidate.parameters.begin(), candidate.parameters.end());
+  // Tolerances count from the plant as delivered, not from where re-tuning without the effect has bent it.
+  for (const FitParameter& parameter : study.tolerances)
+    set_parameter(candidate.plant, parameter.name, get_parameter(study.nominal, parameter.name));
+  if (candidate.proportional && !candidate.parameters.empty()) {
+    const std::string& name = candidate.parameters.front().name;
+    const double typical = get_parameter(candidate.plant, name) - candidate.ideal;
+    const double factor = std::copysign(std::clamp(std::abs(strength), 0.05, 10.0), strength);
+    set_parameter(candidate.plant, name, candidate.ideal + factor * typical);
+  }
+  out.start = candidate.plant;
+  if (!complete(study, study.quick, {kQuickIterations, &base.fit, false}, {kQuickIterations, &base.held_out, false},
+                out))
+    return false;
+  out.plausibility = base.plausibility + log_plausibility(candidate, out.fit.plant);
+  out.effects.push_back(std::move(candidate));
+  return true;
+}
+
+/// A quick fit is fitted on to the end, and replaced if that is better.
+void polish(const Study& study, const Hypothesis& base, Hypothesis& hypothesis) {
+  if (hypothesis.parameters.size() == base.parameters.size()) return;  // nothing was fitted beyond the base
+  if (!linearise(hypothesis.fit, hypothesis.parameters, study.data.fitted)) return;
+  Hypothesis longer = hypothesis;
+  if (!complete(study, study.thorough, {study.iterations, &hypothesis.fit, false, hypothesis.fit.theta},
+                {study.iterations, &base.held_out, false}, longer) ||
+      longer.chi2 >= hypothesis.chi2)
+    return;
+  longer.plausibility = base.plausibility + log_plausibility(longer.effects.back(), longer.fit.plant);
+  hypothesis = std::move(longer);
+}
+
+}  // namespace
+
+std::string name_of(const EffectCandidate& effect) { return effect.effect + "@" + effect.location; }
+
+GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& floor, double block_s) {
+  GapData data;
+  data.block = std::max<Index>(1, std::llround(block_s * set.sampling_hz));
+  for (const Measured& measured : merge_repeats(set)) {
+    FitRecord record = fit_record(plant, measured.signal, floor.std / std::sqrt(static_cast<double>(measured.repeats)));
+    record.quantum = measured.quantum;
+    if (record.y.cols() < record.skip + 4 * data.block)
+      throw UserError(fmt::format("{}: expected at least {:g} s to diagnose, found {:g} s", measured.name,
+                                  static_cast<double>(record.skip + 4 * data.block) / set.sampling_hz,
+                                  static_cast<double>(record.y.cols()) / set.sampling_hz));
+    data.samples += static_cast<double>(record.y.rows() * (record.y.cols() - record.skip));
+    (measured.role == "validation" ? data.held_out : data.fitted).push_back(std::move(record));
+  }
+  if (data.fitted.empty()) throw UserError("expected a record with the role \"estimation\"");
+  data.apart = !data.held_out.empty();
+  if (!data.apart) data.held_out = data.fitted;
+  return data;
+}
+
+Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<FitParameter> parameters) {
+  Hypothesis hypothesis;
+  hypothesis.parameters = std::move(parameters);
+  hypothesis.start = plant;
+  complete(study, study.thorough, {study.iterations}, {study.iterations}, hypothesis);
+  return hypothesis;
+}
+
+std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options) {
+  Operation operation;
+  if (!operation_of(base.fit.plant, study.data.fitted, base.fit.initial_states, operation)) return {};
+  const std::vector<EffectCandidate> candidates = study.candidates(base.fit.plant, operation);
+  std::vector<Screened> shortlist;
+  std::map<std::string, Index> forms;
+  for (const Screened& screened : screen(base.fit, study.data.fitted, candidates)) {
+    const std::string name = name_of(candidates[screened.candidate]);
+    if (static_cast<Index>(shortlist.size()) >= options.shortlist || !(screened.gain > 0)) break;
+    if (!shortlist.empty() && screened.gain < options.worth * shortlist.front().gain) break;
+    if (name == options.without || ++forms[name] > options.forms) continue;
+    shortlist.push_back(screened);
+  }
+  std::vector<Hypothesis> fits(shortlist.size());
+  std::vector<char> done(shortlist.size(), 0);
+  tbb::parallel_for(std::size_t{0}, shortlist.size(), [&](std::size_t i) {
+    done[i] = fit_candidate(study, base, candidates[shortlist[i].candidate], shortlist[i].strength, fits[i]);
+  });
+  std::vector<Hypothesis> list;
+  for (std::size_t i = 0; i < fits.size(); ++i)
+    if (done[i]) list.push_back(std::move(fits[i]));
+  const auto by_chi2 = [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; };
+  std::stable_sort(list.begin(), list.end(), by_chi2);
+  std::size_t near = 0;
+  while (near < std::min(list.size(), static_cast<std::size_t>(options.polished)) &&
+         list[near].chi2 - list[0].chi2 <= kNear * (base.chi2 - list[0].chi2))
+    ++near;
+  tbb::parallel_for(std::size_t{0}, near, [&](std::size_t i) { polish(study, base, list[i]); });
+  std::stable_sort(list.begin(), list.end(), by_chi2);
+  return list;
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,76 @@
+#include "core/gap/rivals.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace wheelhop {
+namespace {
+
+constexpr double kLimit = 0.99;      // no probability is ever 1
+constexpr double kOfGap = 0.01;      // a of `weigh`
+constexpr double kOfRemains = 0.05;  // b
+
+std::string error_id(const std::string& parameter) {
+  if (parameter.find("mass_kg") != std::string::npos) return "mass_error";
+  if (parameter.find("damping") != std::string::npos) return "damping_error";
+  return "stiffness_error";
+}
+
+}  // namespace
+
+Vector surprises(const PlantFit& fit, Index count) {
+  Vector t(count);
+  for (Index i = 0; i < count; ++i) {
+    const double left = std::max(1 - fit.covariance(i, i), 1e-6);
+    t(i) = fit.theta(i) / left / std::sqrt(fit.covariance(i, i) / left + 1);
+  }
+  return t;
+}
+
+std::vector<Rival> rivals_of(const std::vector<Hypothesis>& hypotheses) {
+  std::vector<Rival> rivals;
+  for (std::size_t i = 0; i < hypotheses.size(); ++i) {
+    const EffectCandidate& last = hypotheses[i].effects.back();
+    rivals.push_back({last.effect, last.location, i, false, hypotheses[i].chi2, hypotheses[i].plausibility});
+  }
+  return rivals;
+}
+
+std::vector<Rival> parameter_rivals(const Study& study, const Hypothesis& retuned) {
+  const Vector t = surprises(retuned.fit, static_cast<Index>(study.tolerances.size()));
+  const std::vector<PlantParameter> parameters = plant_parameters(study.nominal);
+  std::vector<Rival> rivals;
+  for (std::size_t i = 0; i < study.tolerances.size(); ++i) {
+    const std::string& name = study.tolerances[i].name;
+    const auto known =
+        std::find_if(parameters.begin(), parameters.end(), [&](const PlantParameter& p) { return p.name == name; });
+    const double surprise = t(static_cast<Index>(i));
+    rivals.push_back({error_id(name), known->location, i, true, retuned.chi2 - surprise * surprise, 0});
+  }
+  return rivals;
+}
+
+void weigh(std::vector<Rival>& rivals, const Weighing& weighing) {
+  if (rivals.empty()) return;
+  double best = rivals.front().chi2, sum = 0;
+  for (const Rival& rival : rivals) best = std::min(best, rival.chi2);
+  const double temperature =
+      weighing.colour + kOfGap * std::max(weighing.gap, 0.0) + kOfRemains * std::max(best - weighing.floor_chi2, 0.0);
+  const auto log_odds = [&](const Rival& rival) {
+    return -(rival.chi2 - best) / (2 * temperature) + rival.plausibility;
+  };
+  std::stable_sort(rivals.begin(), rivals.end(),
+                   [&](const Rival& a, const Rival& b) { return log_odds(a) > log_odds(b); });
+  std::vector<Rival> distinct;
+  for (Rival& rival : rivals) {
+    const auto same = [&](const Rival& other) { return other.name() == rival.name(); };
+    if (std::any_of(distinct.begin(), distinct.end(), same)) continue;
+    rival.probability = std::exp(log_odds(rival) - log_odds(distinct.empty() ? rival : distinct.front()));
+    sum += rival.probability;
+    distinct.push_back(std::move(rival));
+  }
+  for (Rival& rival : distinct) rival.probability = std::min(rival.probability / sum, kLimit);
+  rivals = std::move(distinct);
+}
+
+}  // namespace wheelhop

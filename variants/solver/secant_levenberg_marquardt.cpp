@@ -1,0 +1,162 @@
+#include "variants/solver/secant_levenberg_marquardt.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace wheelhop {
+namespace {
+
+class SecantLevenbergMarquardt final : public Solver {
+ public:
+  explicit SecantLevenbergMarquardt(const SecantLevenbergMarquardtOptions& options) : options_(options) {}
+  std::string name() const override { return "secant_levenberg_marquardt"; }
+
+  Solution minimise(const ResidualProblem& problem, ConstVectorRef theta0, Index iterations) const override {
+    Solution best;
+    best.theta = theta0;
+    Search search(problem, best.theta);
+    if (!search.renew()) {
+      best.status = Status::outside_domain;
+      best.message = "the starting point lies outside the domain of the problem";
+      return best;
+    }
+    best.status = Status::iteration_limit;
+    best.message = "iteration limit reached";
+    double damping = options_.initial_damping, growth = 2;
+    bool linearised = true;
+    for (best.iterations = 0; best.iterations < iterations;) {
+      best.gradient_norm = search.scaled_gradient();
+      if (best.gradient_norm < 1e-10 || search.cost == 0) {
+        if (search.fresh || search.cost == 0 || options_.ending_share >= 1) {
+          best.status = Status::ok;
+          best.message = "gradient tolerance met";
+          break;
+        }
+        if (!search.renew()) {
+          linearised = false;
+          break;
+        }
+        continue;
+      }
+      double gain = 0, decrease = 0;
+      bool accepted = false;
+      for (int attempt = 0; attempt < 30 && !accepted; ++attempt) {
+        accepted = search.try_step(damping, gain, decrease);
+        if (accepted) {
+          damping = std::max(damping * std::max(1.0 / 5, 1 - std::pow(2 * gain - 1, 3)), 1e-15);
+          growth = 2;
+        } else if (!search.fresh) {
+          if (!search.renew()) {
+            linearised = false;
+            break;
+          }
+        } else {
+          damping *= growth;
+          growth *= 2;
+        }
+      }
+      if (!linearised) break;
+      if (!accepted) {
+        best.status = Status::ok;
+        best.message = "no step reduces the cost further (round-off level)";
+        break;
+      }
+      ++best.iterations;
+      if (decrease < options_.relative_decrease) {
+        if (search.fresh_step || search.cost >= (1 - options_.ending_share) * search.cost_when_new) {
+          best.status = Status::ok;
+          best.message = "relative decrease below tolerance";
+          break;
+        }
+        if (best.iterations < iterations && !search.renew()) {
+          linearised = false;
+          break;
+        }
+      } else if (gain < options_.trusted_gain && best.iterations < iterations && !search.renew()) {
+        {
+          linearised = false;
+          break;
+        }
+      }
+    }
+    if (!linearised) {
+      best.status = Status::outside_domain;
+      best.message = "linearisation failed at an accepted point";
+    }
+    best.theta = search.theta;
+    best.cost = search.cost;
+    return best;
+  }
+
+ private:
+  /// Where the search stands, with the Jacobian it believes in.
+  struct Search {
+    const ResidualProblem& problem;
+    Vector theta, r, gradient, scale;
+    Matrix J, H;
+    double cost = 0, cost_when_new = 0;
+    bool fresh = false;       // J belongs to theta
+    bool fresh_step = false;  // the step before was made with such a J
+
+    Search(const ResidualProblem& p, const Vector& start)
+        : problem(p), theta(start), r(p.residuals()), J(p.residuals(), p.parameters()) {}
+
+    bool renew() {
+      if (!problem.jacobian(theta, r, J)) return false;
+      cost = cost_when_new = 0.5 * r.squaredNorm();
+      fresh = true;
+      normal();
+      return std::isfinite(cost);
+    }
+
+    void normal() {
+      gradient.noalias() = J.transpose() * r;
+      H.setZero(J.cols(), J.cols());
+      H.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose());
+      scale = scale.size() == 0 ? Vector(H.diagonal()) : Vector(scale.cwiseMax(H.diagonal()));
+    }
+
+    double scaled_gradient() const {
+      double largest = 0;
+      for (Index i = 0; i < gradient.size(); ++i)
+        if (H(i, i) > 0) largest = std::max(largest, std::abs(gradient(i)) / std::sqrt(2 * H(i, i) * cost));
+      return largest;
+    }
+
+    bool try_step(double damping, double& gain, double& decrease) {
+      const Vector floor = scale.cwiseMax(1e-14 * scale.maxCoeff() + 1e-300);
+      Matrix damped = H;
+      damped.diagonal() += damping * floor;
+      const Vector step = -Eigen::LDLT<Matrix, Eigen::Lower>(damped).solve(gradient);
+      if (!step.allFinite()) return false;
+      const double promised = -step.dot(gradient) - 0.5 * step.dot(H.selfadjointView<Eigen::Lower>() * step);
+      Vector r_there(r.size());
+      if (!problem.residual(theta + step, r_there)) return false;
+      const double cost_there = 0.5 * r_there.squaredNorm();
+      if (!(cost_there < cost)) return false;
+      gain = (cost - cost_there) / std::max(promised, 1e-300);
+      decrease = (cost - cost_there) / cost;
+      // Broyden's update in the metric of the scaling: the least change of J that explains the step just made.
+      const Vector metric = floor.cwiseProduct(step);
+      const Vector missed = r_there - r - J * step;
+      J.noalias() += missed * (metric / step.dot(metric)).transpose();
+      theta += step;
+      r = std::move(r_there);
+      cost = cost_there;
+      fresh_step = fresh;
+      fresh = false;
+      normal();
+      return true;
+    }
+  };
+
+  SecantLevenbergMarquardtOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<Solver> make_secant_levenberg_marquardt(const SecantLevenbergMarquardtOptions& options) {
+  return std::make_unique<SecantLevenbergMarquardt>(options);
+}
+
+}  // namespace wheelhop
