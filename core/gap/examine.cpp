@@ -3,6 +3,17 @@
 #include <cmath>
 
 namespace wheelhop {
+namespace {
+
+constexpr double kNextToNothing = 1.1;  // misfit
+
+}  // namespace
+
+int telling_stage(const Examination& examination) {
+  const auto& [delivered, retuned, corrected] = examination.stages;
+  if (retuned.ran && retuned.profile.misfit > kNextToNothing) return 1;
+  return delivered.ran ? 0 : -1;
+}
 
 Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, const NoiseFloor& floor,
                     const std::string& place, const Solver& solver, const ExamineOptions& options, Random& random) {

@@ -37,6 +37,10 @@ struct Examination {
   UnknownSignal unknown;      ///< at the place asked for, over the first record, of the re-tuned plant
 };
 
+/// Number of the stage that tells most of what is missing: the re-tuned one, whose gap no parameter explains, or the
+/// plant as delivered where re-tuning leaves next to nothing. -1 if neither ran.
+int telling_stage(const Examination& examination);
+
 struct ExamineOptions {
   double block_s = 2;
   Index draws = 400;
