@@ -86,6 +86,18 @@ Plant retuned_plant(const Plant& plant, const Diagnosis& diagnosis) {
   return retuned;
 }
 
+/// The plant in which the answer is missing: its parameters those found together with the effects, which do not bend to
+/// make up for them as re-tuned ones do; the plant as delivered where a parameter is the answer, or nothing.
+Plant bare_plant(const Plant& plant, const Diagnosis& diagnosis) {
+  if (diagnosis.outcome == GapOutcome::located_not_in_catalogue || diagnosis.outcome == GapOutcome::insufficient)
+    return retuned_plant(plant, diagnosis);
+  Plant bare = plant;
+  if (diagnosis.outcome == GapOutcome::parameter || diagnosis.outcome == GapOutcome::none) return bare;
+  for (const FitParameter& moved : tolerance_parameters(plant))
+    set_parameter(bare, moved.name, get_parameter(diagnosis.plant, moved.name));
+  return bare;
+}
+
 void print_kind(const StageExamination& stage) {
   if (stage.repeats.known)
     fmt::print("  {:.0f} % of a record's squared error comes again with the drive\n", 100 * stage.repeats.share);
@@ -167,8 +179,9 @@ int run_diagnose(const DiagnoseRequest& request) {
   }
   step("where the gap lies");
   Random bootstrap(1, Stream::bootstrap);
-  const Examination examination = examine({plant, retuned_plant(plant, diagnosis), diagnosis.plant}, set,
-                                          diagnosis.floor, place_of_note(diagnosis), *solver, {}, bootstrap);
+  const Examination examination =
+      examine({plant, retuned_plant(plant, diagnosis), diagnosis.plant}, set, diagnosis.floor,
+              bare_plant(plant, diagnosis), place_of_note(diagnosis), *solver, {}, bootstrap);
   write_json(request.out,
              diagnosis_json(plant, diagnosis, &examination, answer(diagnosis), corrected.filename().string()));
   print(diagnosis);

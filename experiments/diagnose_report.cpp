@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kSegment_s = 1;
 constexpr Index kLeastSamples = 60, kMostSamples = 400;  // of the segment: a picture has so many pixels
-constexpr std::size_t kMostChannels = 4;
+constexpr std::size_t kMostChannels = 3;
 constexpr Index kMostPoints = 1500;
 constexpr std::size_t kMedians = 25;
 
@@ -65,7 +65,10 @@ Json segment_json(const Plant& plant, const Examination& examination) {
   for (const auto& [size, c] : channels) {
     const Sensor& sensor = plant.sensors[static_cast<std::size_t>(c)];
     const Vector measured = chosen.y.row(c).segment(first, length);
-    Json own = {{"channel", sensor.name}, {"unit", sensor.unit}, {"measured", row(measured)}};
+    Json own = {{"channel", sensor.name},
+                {"unit", sensor.unit},
+                {"noise_std", chosen.weight_std(c)},
+                {"measured", row(measured)}};
     for (std::size_t s = 0; s < kStageNames.size(); ++s)
       if (const StageExamination& stage = examination.stages[s]; stage.ran)
         own[kStageNames[s]] = row(measured + stage.fit.error[record].row(c).segment(first, length).transpose());
@@ -115,13 +118,11 @@ struct Axis {
 /// What an unknown signal is drawn over: travel and rate of its element (of the first at a mass or drive), or the
 /// simulated reading of its sensor.
 std::vector<Axis> axes_of(const Plant& plant, const Examination& examination) {
-  const StageExamination& stage = examination.stages[1];
   const std::string& place = examination.unknown.location;
   for (Index c = 0; c < plant.sensor_count(); ++c) {
     const Sensor& sensor = plant.sensors[static_cast<std::size_t>(c)];
     if (place == "sensor:" + sensor.name)
-      return {{sensor.name + ", simulated", sensor.unit,
-               (examination.records[0].y.row(c) + stage.fit.error[0].row(c)).transpose()}};
+      return {{sensor.name + ", simulated", sensor.unit, examination.unknown_outputs.row(c).transpose()}};
   }
   const auto drives = [&](const std::string& node) {
     return std::any_of(plant.inputs.begin(), plant.inputs.end(),
@@ -133,8 +134,8 @@ std::vector<Axis> axes_of(const Plant& plant, const Examination& examination) {
                       (place == "actuator" && (drives(element.from) || drives(element.to)));
     if (!here) continue;
     const auto i = static_cast<Index>(e);
-    return {{element.name + " travel", "m", stage.motion[0].travel.row(i).transpose()},
-            {element.name + " velocity", "m/s", stage.motion[0].rate.row(i).transpose()}};
+    return {{element.name + " travel", "m", examination.unknown_motion.travel.row(i).transpose()},
+            {element.name + " velocity", "m/s", examination.unknown_motion.rate.row(i).transpose()}};
   }
   return {};
 }

@@ -17,6 +17,9 @@ ${rows.map((row) => `<tr>${row.map(cell).join('')}</tr>`).join('\n')}
 </tbody></table></div>`;
 }
 
+/** coulomb_friction@suspension -> coulomb friction at suspension */
+const namedText = (name) => name.replace('@', ' at ').replace(/^[^ ]+/, (effect) => effect.replace(/_/g, ' '));
+
 const parameterText = ({ name, value, ci90 }) =>
   `${escape(name.slice(name.lastIndexOf('.') + 1))} = ${short(value)}${ci90 ? ` <small>[${short(ci90[0])}, ${short(ci90[1])}]</small>` : ''}`;
 
@@ -32,14 +35,12 @@ function effects({ which }) {
 }
 
 function howFar({ how_far }) {
-  const rows = Object.entries(STAGES).map(([key, stage]) => [
-    stage.charAt(0).toUpperCase() + stage.slice(1), short(how_far[key]?.misfit),
-    Object.entries(how_far[key]?.nrmse ?? {}).map(([channel, value]) => `${escape(channel)} ${short(100 * value)} %`).join('<br>'),
-  ]);
-  const floor = how_far.floor?.nrmse;
-  if (floor) rows.push(['Noise', '1', Object.entries(floor).map(([channel, value]) => `${escape(channel)} ${short(100 * value)} %`).join('<br>')]);
-  return table(`${how_far.held_out ? 'On held-out records.' : 'On the records fitted: too kind.'} Misfit: mean squared error over the noise\u2019s (${how_far.floor.source}).`,
-    ['Plant', 'Misfit', 'RMS error over RMS of the channel'], rows);
+  const stages = Object.keys(STAGES);
+  const rows = [['Misfit, all channels', ...stages.map((key) => short(how_far[key]?.misfit)), '1']];
+  for (const { channel } of how_far.per_channel)
+    rows.push([escape(channel), ...[...stages, 'floor'].map((key) => `${short(100 * how_far[key]?.nrmse?.[channel])} %`)]);
+  return table(`${how_far.held_out ? 'On held-out records' : 'On the records fitted, too kind'}. Misfit: mean squared error over the noise\u2019s (${how_far.floor.source}). A channel: RMS error over its RMS.`,
+    ['', ...Object.values(STAGES).map((stage) => stage.charAt(0).toUpperCase() + stage.slice(1)), 'Noise'], rows);
 }
 
 function driftText(drift) {
@@ -66,7 +67,7 @@ function kind({ where, how_far }, stage) {
     terms.push(['Beyond the fitted range', `${percent(beyond.time_share)} of the time; there the answer removes ${percent(beyond.closure)}, inside ${percent(beyond.closure_inside)}${beyond.flagged ? '. Do not trust it there' : ''}.`]);
   if (terms.length === 0) return '';
   return `<h2>What kind of gap</h2>
-<p>Of the plant ${STAGES[stage] ?? ''}.</p>
+<p>${stage === 'retuned' ? 'Of the gap that re-tuning leaves.' : 'Of the gap as delivered.'}</p>
 <dl>${terms.map(([term, text]) => `<dt>${escape(term)}</dt><dd>${escape(text)}</dd>`).join('\n')}</dl>`;
 }
 
@@ -96,7 +97,7 @@ export function diagnosisPage(diagnosis, figures, drawn) {
 ${svg.trim()}
 <figcaption>${escape(caption)}</figcaption>
 </figure>`).join('\n');
-  const named = diagnosis.which.named.length > 0 ? diagnosis.which.named.join(', ') : 'nothing missing';
+  const named = diagnosis.which.named.length > 0 ? diagnosis.which.named.map(namedText).join(' and ') : 'nothing missing';
   return `<!DOCTYPE html>
 <html lang="en-GB">
 <head>

@@ -46,29 +46,42 @@ function channels({ how_far }) {
   });
 }
 
-/** Measured and simulated over the stretch in which the plant as delivered is worst, one panel a channel. */
+/** Measured and simulated over the stretch in which the plant as delivered is worst, and below each channel its error. */
 function segment({ segment: data }) {
-  const lines = ['measured', ...Object.values(STAGES)];
   const keys = { measured: 'measured', ...Object.fromEntries(Object.entries(STAGES).map(([key, stage]) => [stage, key])) };
-  return base({
-    spacing: 14,
-    vconcat: data.channels.map((channel, i) => ({
-      width: WIDTH, height: 150,
-      data: {
-        values: lines.flatMap((line) =>
-          channel[keys[line]] === undefined ? [] : data.time_s.map((time_s, k) => ({ time_s, line, value: channel[keys[line]][k] })),
-        ),
+  const lines = Object.keys(keys);
+  const scales = { color: lines.map((line) => COLOURS[line]), strokeWidth: [4.5, 1.7, 1.7, 1.4], strokeDash: [[1, 0], [6, 4], [9, 3, 2, 3], [1, 0]] };
+  const style = (legend) =>
+    Object.fromEntries(Object.entries(scales).map(([channel, range]) => [channel, {
+      field: 'line', type: 'nominal', sort: null, scale: { domain: lines, range },
+      legend: channel === 'color' && legend ? { symbolType: 'stroke', symbolSize: 700 } : null,
+    }]));
+  const x = (title) => ({ field: 'time_s', type: 'quantitative', scale: { nice: false, zero: false }, axis: { title, labels: title !== null, ticks: title !== null, grid: false, tickCount: 10 } });
+  const y = (title, ticks) => ({ field: 'value', type: 'quantitative', scale: { zero: false }, axis: { title, tickCount: ticks, titlePadding: 6, minExtent: 55 } });
+  const values = (channel, of) =>
+    lines.filter((line) => of(line) && channel[keys[line]] !== undefined).flatMap((line) =>
+      data.time_s.map((time_s, k) => ({ time_s, line, value: channel[keys[line]][k], error: channel[keys[line]][k] - channel.measured[k] })),
+    );
+  const mark = { type: 'line', clip: true, strokeJoin: 'round' };
+  const panels = data.channels.flatMap((channel, i) => {
+    const last = i === data.channels.length - 1;
+    const unit = unitText(channel.unit);
+    const noise = { time_s: data.time_s[0], end_s: data.time_s.at(-1), low: -2 * channel.noise_std, high: 2 * channel.noise_std };
+    return [
+      {
+        width: WIDTH, height: 130, title: { text: `${channel.channel} (${unit})`, anchor: 'start', frame: 'group', fontSize: 13, fontWeight: 600, color: '#1c1f23', offset: 4 },
+        data: { values: values(channel, () => true) }, mark, encoding: { x: x(null), y: y(null, 5), ...style(i === 0) },
       },
-      mark: { type: 'line', clip: true, strokeJoin: 'round' },
-      encoding: {
-        x: { field: 'time_s', type: 'quantitative', scale: { nice: false, zero: false }, axis: { title: i === data.channels.length - 1 ? 'Time (s)' : null, grid: false, tickCount: 10 } },
-        y: { field: 'value', type: 'quantitative', scale: { zero: false }, axis: { title: `${channel.channel} (${unitText(channel.unit)})`, tickCount: 5, titlePadding: 6, minExtent: 55 } },
-        color: { field: 'line', type: 'nominal', sort: null, scale: { domain: lines, range: lines.map((line) => COLOURS[line]) }, legend: i === 0 ? { symbolType: 'stroke', symbolSize: 700 } : null },
-        strokeWidth: { field: 'line', type: 'nominal', scale: { domain: lines, range: [4.5, 1.7, 1.7, 1.4] }, legend: null },
-        strokeDash: { field: 'line', type: 'nominal', scale: { domain: lines, range: [[1, 0], [6, 4], [9, 3, 2, 3], [1, 0]] }, legend: null },
+      {
+        width: WIDTH, height: 80,
+        layer: [
+          { data: { values: [noise] }, mark: { type: 'rect', color: '#5b6b82', opacity: 0.15 }, encoding: { x: { field: 'time_s', type: 'quantitative' }, x2: { field: 'end_s' }, y: { field: 'low', type: 'quantitative' }, y2: { field: 'high' } } },
+          { data: { values: values(channel, (line) => line !== 'measured') }, mark, encoding: { x: x(last ? 'Time (s)' : null), y: { ...y('error', 3), field: 'error' }, ...style(false) } },
+        ],
       },
-    })),
+    ];
   });
+  return base({ spacing: 8, vconcat: panels });
 }
 
 /** What stands on the axis of a bar chart whose bars add up to the gap as delivered. */
@@ -169,11 +182,11 @@ function regions({ regions: variables }) {
     data: { values: bins.map(({ from, to, share, time_share }) => ({ from, to, zero: 0, ratio: time_share > 0 ? share / time_share : 0 })) },
     layer: [
       {
-        mark: { type: 'rect', color: '#0072b2', opacity: 0.75, stroke: '#ffffff', strokeWidth: 0.5 },
+        mark: { type: 'rect', color: '#0072b2', opacity: 0.55, stroke: '#ffffff', strokeWidth: 0.5 },
         encoding: {
-          x: { field: 'from', type: 'quantitative', scale: { nice: false, zero: false }, axis: { title: `${variable.replace('.', ' ')} (${unit})`, grid: false, tickCount: 6 } },
+          x: { field: 'from', type: 'quantitative', scale: { nice: false, zero: false }, axis: { title: `${variable.replace('.', ' ')} (${unit})`, grid: false, tickCount: 4 } },
           x2: { field: 'to' },
-          y: { field: 'ratio', type: 'quantitative', scale: { zero: true }, axis: { title: 'Gap over time spent there', tickCount: 5 } },
+          y: { field: 'ratio', type: 'quantitative', scale: { zero: true }, axis: { title: 'Gap over time spent there', tickCount: 5, grid: false } },
           y2: { field: 'zero' },
         },
       },
@@ -187,7 +200,7 @@ function regions({ regions: variables }) {
 function signal({ unknown_signal: data }) {
   const label = `${data.unit === 'N' ? 'Force' : 'Signal'} at ${data.location} (${unitText(data.unit)})`;
   const panel = (axis, i) => {
-    const x = { field: 'x', type: 'quantitative', scale: { nice: false, zero: false }, axis: { title: `${axis.name} (${unitText(axis.unit)})`, grid: false, tickCount: 6 } };
+    const x = { field: 'x', type: 'quantitative', scale: { nice: false, zero: false }, axis: { title: `${axis.name} (${unitText(axis.unit)})`, grid: false, tickCount: 4 } };
     const y = { field: 'y', type: 'quantitative', axis: { title: i === 0 ? label : null, tickCount: 6 } };
     return {
       width: (WIDTH - 80) / 2, height: 260,
@@ -208,7 +221,7 @@ export function diagnosisFigures(diagnosis, figures) {
     'RMS error in free run over the RMS of the channel\u2019s noise, on a logarithmic scale. Dashed: the noise, which no plant can go below.', channels(diagnosis));
   if (figures.segment)
     add('segment', 'Where it is worst',
-      `Record ${figures.segment.record}: the stretch in which the plant as delivered errs most, in the channels in which it does.`, segment(figures));
+      `Record ${figures.segment.record}: the stretch in which the plant as delivered errs most, in the channels in which it does; below each the simulated less the measured, grey: two standard deviations of the noise.`, segment(figures));
   if (diagnosis.how_far.per_band.length > 0 && whole(diagnosis) > 0) {
     add('bands', 'In which frequencies', 'The squared error above the noise, by bands cut between the modes of the plant; all bars as delivered add up to 100 %.', bands(diagnosis));
     add('time', 'When', 'The same by stretches of the records.', time(diagnosis));
@@ -218,9 +231,9 @@ export function diagnosisFigures(diagnosis, figures) {
       'What one unknown signal at each place would leave of the error, over the noise. Places on one line cannot be told apart by these sensors.', places(diagnosis));
   if (figures.regions.length > 0)
     add('regions', 'In which working range',
-      `The gap ${STAGES[figures.regions_of] ?? ''} over the two motions that it follows most: its share in each bin over the share of the time (dashed: 1, where it does not depend on the motion).`, regions(figures));
+      `The gap ${figures.regions_of === 'retuned' ? 'that re-tuning leaves' : 'as delivered'} over the two motions that it follows most: its share in each bin over the share of the time (dashed: 1, where it does not depend on the motion).`, regions(figures));
   if (figures.unknown_signal?.axes.length > 0)
     add('signal', `The unknown signal at ${figures.unknown_signal.location}`,
-      `What would have to act there to explain what re-tuning leaves: ${short(figures.unknown_signal.rms)} ${unitText(figures.unknown_signal.unit)} RMS, about ${short(figures.unknown_signal.noise_rms)} of it noise, up to ${short(figures.unknown_signal.band_hz)} Hz. A force has the sign of a law: a missing damper rises with the velocity. Points: samples; line: medians.`, signal(figures));
+      `What would have to act there to make up for what the plant lacks: ${short(figures.unknown_signal.rms)} ${unitText(figures.unknown_signal.unit)} RMS, about ${short(figures.unknown_signal.noise_rms)} of it noise, up to ${short(figures.unknown_signal.band_hz)} Hz. A force has the sign of a law: a missing damper rises with the velocity. Points: samples; line: medians.`, signal(figures));
   return all;
 }

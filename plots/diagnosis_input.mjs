@@ -17,7 +17,8 @@ function checkSegment(segment) {
   segment.get('record').text();
   const time = segment.get('time_s').numbers();
   for (const channel of segment.get('channels').items()) {
-    channel.get('channel').text();
+    for (const key of ['channel', 'unit']) channel.get(key).text();
+    channel.get('noise_std').number();
     channel.get('measured').numbers(time.length);
     for (const stage of Object.keys(STAGES))
       if (channel.value[stage] !== undefined) channel.get(stage).numbers(time.length, true);

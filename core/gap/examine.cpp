@@ -16,7 +16,8 @@ int telling_stage(const Examination& examination) {
 }
 
 Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, const NoiseFloor& floor,
-                    const std::string& place, const Solver& solver, const ExamineOptions& options, Random& random) {
+                    const Plant& bare, const std::string& place, const Solver& solver, const ExamineOptions& options,
+                    Random& random) {
   Examination out;
   out.sample_time_s = 1 / set.sampling_hz;
   std::vector<FitRecord> fitted;
@@ -48,7 +49,15 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
     stage.drift = drift(stage.fit, out.records, block);
     stage.lines = line_split(stage.fit, out.records);
   }
-  if (!place.empty() && out.stages[1].ran) out.unknown = unknown_signal(out.stages[1].fit, out.records, 0, place);
+  if (!place.empty()) {
+    const std::vector<FitRecord> first = {out.records.front()};
+    const PlantFit fit = fit_plant(bare, {}, first, solver, options.iterations);
+    if (!fit.error.empty()) {
+      out.unknown = unknown_signal(fit, first, 0, place);
+      out.unknown_motion = trajectories(fit, first).front();
+      out.unknown_outputs = first.front().y + fit.error.front();
+    }
+  }
   if (!out.held_out || fitted.empty() || !out.stages[1].ran || !out.stages[2].ran) return out;
   const PlantFit training = fit_plant(plants[2], {}, fitted, solver, options.iterations);
   if (training.error.size() != fitted.size()) return out;

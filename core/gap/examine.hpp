@@ -34,7 +34,9 @@ struct Examination {
   std::array<StageExamination, 3> stages;
   bool beyond_known = false;  ///< false without held-out records, or where a stage did not run
   BeyondEnvelope beyond;      ///< of the step from the re-tuned plant to that with the effect
-  UnknownSignal unknown;      ///< at the place asked for, over the first record, of the re-tuned plant
+  UnknownSignal unknown;      ///< at the place asked for, over the first record
+  Trajectory unknown_motion;  ///< of the plant that it is missing in, over that record
+  Matrix unknown_outputs;     ///< and what that plant simulates there, p x N
 };
 
 /// Number of the stage that tells most of what is missing: the re-tuned one, whose gap no parameter explains, or the
@@ -48,9 +50,10 @@ struct ExamineOptions {
 };
 
 /// @param plants as delivered, re-tuned, with effect   @param set which the diagnosis was made of   @param floor of it
-/// @param place at which to reconstruct the unknown signal; empty: nowhere
+/// @param bare the plant in which something is missing, and @param place where to reconstruct it; empty: nowhere
 /// Cost: four to seven simulations of the held-out records a stage, one of the fitted ones. UserError as fit_record.
 Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, const NoiseFloor& floor,
-                    const std::string& place, const Solver& solver, const ExamineOptions& options, Random& random);
+                    const Plant& bare, const std::string& place, const Solver& solver, const ExamineOptions& options,
+                    Random& random);
 
 }  // namespace wheelhop
