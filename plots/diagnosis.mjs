@@ -55,7 +55,8 @@ function linesText(lines) {
 }
 
 function kind({ where, how_far }, stage) {
-  const own = stage === 'retuned' ? where.after_retuning : where;
+  const retuned = stage === 'retuned' && where.after_retuning;
+  const own = retuned ? where.after_retuning : where;
   const terms = [];
   if (own?.kind?.repeatable) terms.push(['Comes again with the drive', `${percent(own.kind.repeatable.share)} of a record\u2019s squared error; the rest differs between repeats.`]);
   if (own?.kind?.drift) terms.push(['Drifts', driftText(own.kind.drift)]);
@@ -67,7 +68,7 @@ function kind({ where, how_far }, stage) {
     terms.push(['Beyond the fitted range', `${percent(beyond.time_share)} of the time; there the answer removes ${percent(beyond.closure)}, inside ${percent(beyond.closure_inside)}${beyond.flagged ? '. Do not trust it there' : ''}.`]);
   if (terms.length === 0) return '';
   return `<h2>What kind of gap</h2>
-<p>${stage === 'retuned' ? 'Of the gap that re-tuning leaves.' : 'Of the gap as delivered.'}</p>
+<p>${retuned ? 'Of the gap that re-tuning leaves.' : 'Of the gap as delivered.'}</p>
 <dl>${terms.map(([term, text]) => `<dt>${escape(term)}</dt><dd>${escape(text)}</dd>`).join('\n')}</dl>`;
 }
 

@@ -8,49 +8,55 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kForgets = 0.7;      // correlation below which a drive counts as past its own smoothness
-constexpr double kRepeats = 0.998;    // and from which it counts as the same again: noise of 27 dB
-constexpr Index kNearby = 8;          // lines over which a drive's spectrum is flat enough
-constexpr double kEmpty = 1e-3;       // power of an unexcited line over that of its strongest neighbour
-constexpr double kOutOfBand = 1e-5;   // power of a line over that of the strongest of all
-constexpr double kEmptyLines = 0.2;   // of one period taken for whole
-constexpr Index kDetectionLines = 3;  // of a parity, to tell what stands on its excited lines
+constexpr double kForgets = 0.7;     // correlation below which a drive counts as past its own smoothness
+constexpr double kRepeats = 0.998;   // and from which it counts as the same again: noise of 27 dB
+constexpr Index kNearby = 8;         // lines over which a drive's spectrum is flat enough
+constexpr double kEmpty = 1e-3;      // power of an unexcited line over that of its strongest neighbour
+constexpr double kOutOfBand = 1e-5;  // power of a line's strongest neighbour over that of the strongest of all
+constexpr double kEmptyLines = 0.2;  // share of them with which one period is taken for whole
+constexpr double kDetection =
+    0.05;  // share of a parity's lines that tells what stands on the others; noise leaves less
+
+enum class Line : char { out_of_band, empty, excited };
 
 /// Lines of one record, noise taken off.
 struct Lines {
-  std::vector<char> excited;
-  std::vector<double> power;      ///< of the error, over all channels in units of the floor; may be negative by chance
-  Index lowest = 0, highest = 0;  ///< excited
+  std::vector<Line> drive;
+  std::vector<double> power;  ///< of the error, over all channels in units of the floor; may be negative by chance
 };
 
-std::vector<char> excited_lines(ConstMatrixRef u_of_period) {
+/// What the drive does on each line of a period; of several inputs, the most that any does.
+std::vector<Line> lines_of_drive(ConstMatrixRef u_of_period) {
   const Matrix power = fft(u_of_period.colwise() - u_of_period.rowwise().mean()).cwiseAbs2();
   const Index lines = power.cols();
-  std::vector<char> excited(static_cast<std::size_t>(lines), 0);
+  std::vector<Line> drive(static_cast<std::size_t>(lines), Line::out_of_band);
   for (Index i = 0; i < power.rows(); ++i) {
     const double strongest = power.row(i).maxCoeff();
     for (Index k = 1; k < lines; ++k) {
       const Index from = std::max<Index>(k - kNearby, 1), to = std::min(k + kNearby, lines - 1);
       const double nearby = power.row(i).segment(from, to - from + 1).maxCoeff();
-      if (power(i, k) > kOutOfBand * strongest && power(i, k) > kEmpty * nearby)
-        excited[static_cast<std::size_t>(k)] = 1;
+      if (!(nearby > kOutOfBand * strongest)) continue;
+      Line& own = drive[static_cast<std::size_t>(k)];
+      own = std::max(own, power(i, k) > kEmpty * nearby ? Line::excited : Line::empty);
     }
   }
-  return excited;
+  // Neighbours of the outermost excited lines have them nearby too.
+  const auto excited = [](Line line) { return line == Line::excited; };
+  std::fill(drive.begin(), std::find_if(drive.begin(), drive.end(), excited), Line::out_of_band);
+  std::fill(drive.rbegin(), std::find_if(drive.rbegin(), drive.rend(), excited), Line::out_of_band);
+  return drive;
 }
 
-bool find_band(Lines& lines) {
-  const auto first = std::find(lines.excited.begin(), lines.excited.end(), 1);
-  if (first == lines.excited.end()) return false;
-  lines.lowest = first - lines.excited.begin();
-  lines.highest = static_cast<Index>(lines.excited.size()) - 1 -
-                  (std::find(lines.excited.rbegin(), lines.excited.rend(), 1) - lines.excited.rbegin());
-  return true;
-}
-
-double share_of_empty(const Lines& lines) {
-  const auto from = lines.excited.begin() + lines.lowest, to = lines.excited.begin() + lines.highest + 1;
-  return static_cast<double>(std::count(from, to, 0)) / static_cast<double>(to - from);
+/// Share of the lines in the band, of one parity or (-1) of both, that the drive leaves empty.
+double share_of_empty(const Lines& lines, Index parity) {
+  double empty = 0, all = 0;
+  for (Index k = 1; k < static_cast<Index>(lines.drive.size()); ++k) {
+    const Line line = lines.drive[static_cast<std::size_t>(k)];
+    if (line == Line::out_of_band || (parity >= 0 && k % 2 != parity)) continue;
+    empty += line == Line::empty ? 1 : 0;
+    all += 1;
+  }
+  return all > 0 ? empty / all : 0;
 }
 
 /// Error power of each line over the mean of `periods` periods that end with the record.
@@ -73,25 +79,18 @@ std::vector<double> line_power(ConstMatrixRef r, Index period, Index periods) {
   return power;
 }
 
-/// What distortions of a line's own parity put on it: the mean of its nearest unexcited neighbours.
+/// What distortions of a line's own parity put on it: the mean of its nearest empty neighbours.
 double distortion_at(const Lines& lines, Index k) {
   double sum = 0;
   int found = 0;
   for (const Index step : {Index{-2}, Index{2}})
-    for (Index j = k + step; j >= lines.lowest && j <= lines.highest; j += step)
-      if (!lines.excited[static_cast<std::size_t>(j)]) {
+    for (Index j = k + step; j > 0 && j < static_cast<Index>(lines.drive.size()); j += step)
+      if (lines.drive[static_cast<std::size_t>(j)] == Line::empty) {
         sum += lines.power[static_cast<std::size_t>(j)];
         ++found;
         break;
       }
   return found > 0 ? sum / found : 0;
-}
-
-Index detection_lines(const Lines& lines, Index parity) {
-  Index count = 0;
-  for (Index k = lines.lowest; k <= lines.highest; ++k)
-    count += k % 2 == parity && !lines.excited[static_cast<std::size_t>(k)];
-  return count;
 }
 
 }  // namespace
@@ -133,16 +132,16 @@ LineSplit line_split(const PlantFit& fit, const std::vector<FitRecord>& records)
       if (periods > 2) --periods;
     }
     Lines lines;
-    lines.excited = excited_lines(u.rightCols(period > 0 ? period : u.cols()));
-    if (!find_band(lines) || (period == 0 && share_of_empty(lines) < kEmptyLines)) continue;
+    lines.drive = lines_of_drive(u.rightCols(period > 0 ? period : u.cols()));
+    if (period == 0 && share_of_empty(lines, -1) < kEmptyLines) continue;
     if (period == 0) period = u.cols();
-    if (detection_lines(lines, 0) < kDetectionLines) {
+    if (share_of_empty(lines, 0) < kDetection) {
       result.why_not = "the drive is periodic but excites every line: an odd multisine would tell odd from even";
       continue;
     }
     lines.power = line_power(r, period, periods);
     result.known = true;
-    result.odd_apart = result.odd_apart && detection_lines(lines, 1) >= kDetectionLines;
+    result.odd_apart = result.odd_apart && share_of_empty(lines, 1) >= kDetection;
     if (periods > result.periods) {
       result.periods = periods;
       result.period_s = static_cast<double>(period * record.ratio) / fit.plant.hold_hz();
@@ -152,7 +151,7 @@ LineSplit line_split(const PlantFit& fit, const std::vector<FitRecord>& records)
     for (Index k = 1; k < static_cast<Index>(lines.power.size()); ++k) {
       const double power = scale * lines.power[static_cast<std::size_t>(k)];
       double& own = k % 2 ? odd : even;
-      if (!lines.excited[static_cast<std::size_t>(k)]) {
+      if (lines.drive[static_cast<std::size_t>(k)] != Line::excited) {
         own += power;
         continue;
       }
