@@ -114,7 +114,8 @@ void print_kind(const StageExamination& stage) {
 void print_examination(const Examination& examination) {
   const int telling = telling_stage(examination);
   if (telling < 0) return;
-  const double whole = examination.stages[0].profile.misfit - 1;
+  double whole = 0;  // as delivered, in the bands in which there is any
+  for (const BandShare& band : examination.stages[0].profile.bands) whole += std::max(band.excess, 0.0);
   if (whole > 0) {
     fmt::print("\nwhere the gap lies, in per cent of the gap as delivered\n{:>33}{:>12}{:>15}\n", "as delivered",
                "re-tuned", "with answer");

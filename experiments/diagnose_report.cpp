@@ -166,6 +166,7 @@ Json unknown_json(const Plant& plant, const Examination& examination) {
 }  // namespace
 
 std::string place_of_note(const Diagnosis& diagnosis) {
+  if (diagnosis.outcome == GapOutcome::none) return "";
   if (diagnosis.places.empty()) return diagnosis.locations.empty() ? "" : diagnosis.locations.front().location;
   if (!diagnosis.locations.empty())
     for (const Place& place : diagnosis.places) {

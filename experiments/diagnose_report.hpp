@@ -12,7 +12,7 @@
 namespace wheelhop {
 
 /// The place whose unknown signal is worth a picture: the answer's, or what the catalogue-free search puts first. Empty
-/// if there is neither.
+/// if there is neither, or no gap.
 std::string place_of_note(const Diagnosis& diagnosis);
 
 /// Time series and scatters (schema `wheelhop.diagnosis_figures/1`): measured and simulated over the second in which

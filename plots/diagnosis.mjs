@@ -98,20 +98,21 @@ export function diagnosisPage(diagnosis, figures, drawn) {
 ${svg.trim()}
 <figcaption>${escape(caption)}</figcaption>
 </figure>`).join('\n');
-  const named = diagnosis.which.named.length > 0 ? diagnosis.which.named.map(namedText).join(' and ') : 'nothing missing';
+  const named = diagnosis.which.named.length > 0 ? diagnosis.which.named.map(namedText).join(' and ') : 'no cause named';
+  const heading = diagnosis.verdict === 'no_gap' ? 'Simulation and rig agree' : `Why simulation and rig disagree: ${named}`;
   return `<!DOCTYPE html>
 <html lang="en-GB">
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<title>Diagnosis: ${escape(named)}</title>
+<title>${escape(heading)}</title>
 <style>
 ${css.trim()}
 </style>
 </head>
 <body>
 <main>
-<h1>Why simulation and rig disagree: ${escape(named)}</h1>
+<h1>${escape(heading)}</h1>
 <p class="answer">${escape(diagnosis.answer)}</p>
 ${show('channels')}
 ${howFar(diagnosis)}

@@ -198,12 +198,12 @@ function regions({ regions: variables }) {
 
 /** The unknown signal over travel and rate: points, and the medians of bins of equal time. */
 function signal({ unknown_signal: data }) {
-  const label = `${data.unit === 'N' ? 'Force' : 'Signal'} at ${data.location} (${unitText(data.unit)})`;
+  const label = data.location.startsWith('sensor:') ? `Measured \u2212 simulated (${unitText(data.unit)})` : `Force at ${data.location} (${unitText(data.unit)})`;
   const panel = (axis, i) => {
     const x = { field: 'x', type: 'quantitative', scale: { nice: false, zero: false }, axis: { title: `${axis.name} (${unitText(axis.unit)})`, grid: false, tickCount: 4 } };
     const y = { field: 'y', type: 'quantitative', axis: { title: i === 0 ? label : null, tickCount: 6 } };
     return {
-      width: (WIDTH - 80) / 2, height: 260,
+      width: data.axes.length > 1 ? (WIDTH - 80) / 2 : WIDTH, height: 260,
       layer: [
         { data: { values: data.value.map((value, k) => ({ x: axis.values[k], y: value })) }, mark: { type: 'point', filled: true, size: 9, opacity: 0.35, color: '#5b6b82' }, encoding: { x, y } },
         { data: { values: axis.medians.map(([x_, y_]) => ({ x: x_, y: y_ })) }, mark: { type: 'line', color: '#d55e00', strokeWidth: 2.5 }, encoding: { x, y } },
@@ -232,8 +232,13 @@ export function diagnosisFigures(diagnosis, figures) {
   if (figures.regions.length > 0)
     add('regions', 'In which working range',
       `The gap ${figures.regions_of === 'retuned' ? 'that re-tuning leaves' : 'as delivered'} over the two motions that it follows most: its share in each bin over the share of the time (dashed: 1, where it does not depend on the motion).`, regions(figures));
-  if (figures.unknown_signal?.axes.length > 0)
-    add('signal', `The unknown signal at ${figures.unknown_signal.location}`,
-      `What would have to act there to make up for what the plant lacks: ${short(figures.unknown_signal.rms)} ${unitText(figures.unknown_signal.unit)} RMS, about ${short(figures.unknown_signal.noise_rms)} of it noise, up to ${short(figures.unknown_signal.band_hz)} Hz. A force has the sign of a law: a missing damper rises with the velocity. Points: samples; line: medians.`, signal(figures));
+  const { unknown_signal: unknown } = figures;
+  if (unknown?.axes.length > 0) {
+    const size = `${short(unknown.rms)} ${unitText(unknown.unit)} RMS, about ${short(unknown.noise_rms)} of it noise`;
+    const meaning = !unknown.location.startsWith('sensor:')
+      ? `What would have to act there to make up for what the plant lacks: ${size}, up to ${short(unknown.band_hz)} Hz. It has the sign of a law: a missing damper rises with the velocity.`
+      : `What the channel reads less what the plant simulates: ${size}.`;
+    add('signal', `The unknown signal at ${unknown.location}`, `${meaning} Points: samples; line: medians.`, signal(figures));
+  }
   return all;
 }

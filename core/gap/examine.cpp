@@ -3,16 +3,13 @@
 #include <cmath>
 
 namespace wheelhop {
-namespace {
-
-constexpr double kNextToNothing = 1.1;  // misfit
-
-}  // namespace
 
 int telling_stage(const Examination& examination) {
-  const auto& [delivered, retuned, corrected] = examination.stages;
-  if (retuned.ran && retuned.profile.misfit > kNextToNothing) return 1;
-  return delivered.ran ? 0 : -1;
+  for (const int s : {1, 0})
+    if (const StageExamination& stage = examination.stages[static_cast<std::size_t>(s)];
+        stage.ran && has_gap(stage.profile))
+      return s;
+  return -1;
 }
 
 Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, const NoiseFloor& floor,

@@ -40,7 +40,7 @@ struct Examination {
 };
 
 /// Number of the stage that tells most of what is missing: the re-tuned one, whose gap no parameter explains, or the
-/// plant as delivered where re-tuning leaves next to nothing. -1 if neither ran.
+/// plant as delivered where re-tuning leaves next to nothing. -1 if neither has a gap.
 int telling_stage(const Examination& examination);
 
 struct ExamineOptions {

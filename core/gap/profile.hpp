@@ -69,9 +69,12 @@ Matrix noise_shares(const RecordSet& set, const std::vector<double>& band_edges_
 GapProfile profile(const PlantFit& fit, const std::vector<FitRecord>& records, const std::vector<Trajectory>& motion,
                    const ProfileOptions& options);
 
+/// False for a gap of less than 0.3 noise levels, of whose place there is little to say.
+bool has_gap(const GapProfile& profile);
+
 /// The regions in which the gap lies most of all for the time spent there: share at least 1.5 x the time's, one in ten
 /// of the gap at least; by share log(share / time_share), their part of the divergence between gap and time. Of one
-/// variable at most two.
+/// variable at most two. None where there is no gap.
 std::vector<RegionShare> standing_out(const GapProfile& profile, std::size_t count = 4);
 
 }  // namespace wheelhop
