@@ -7,89 +7,14 @@
 
 #include "core/base/files.hpp"
 #include "core/gap/diagnose.hpp"
-#include "experiments/provenance.hpp"
+#include "experiments/diagnose_json.hpp"
+#include "experiments/diagnose_report.hpp"
+#include "experiments/render.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
 #include "variants/table.hpp"
 
 namespace wheelhop {
 namespace {
-
-Json by_channel(const Plant& plant, const std::vector<double>& values) {
-  Json out = Json::object();
-  for (std::size_t i = 0; i < values.size(); ++i) out[plant.sensors[i].name] = values[i];
-  return out;
-}
-
-Json stage_json(const Plant& plant, const GapStage& stage) {
-  return {{"nrmse", by_channel(plant, stage.nrmse)}, {"misfit", stage.misfit}};
-}
-
-Json interval(const Closure& closure) { return {closure.low, closure.high}; }
-
-Json parameters_json(const std::vector<FittedParameter>& parameters) {
-  constexpr double z90 = 1.6448536269514722;
-  Json out = Json::array();
-  for (const FittedParameter& parameter : parameters)
-    out.push_back({{"name", parameter.name},
-                   {"value", parameter.value},
-                   {"ci90", {parameter.value - z90 * parameter.std, parameter.value + z90 * parameter.std}}});
-  return out;
-}
-
-const char* verdict(const Diagnosis& diagnosis) {
-  if (diagnosis.outcome == GapOutcome::none) return "no_gap";
-  return diagnosis.outcome == GapOutcome::insufficient ? "insufficient" : "gap";
-}
-
-Json to_json(const Plant& plant, const Diagnosis& diagnosis, const std::string& corrected) {
-  Json locations = Json::array(), effects = Json::array(), tolerances = Json::array(), floor = Json::object();
-  for (const LocationProbability& place : diagnosis.locations)
-    locations.push_back({{"location", place.location}, {"probability", place.probability}, {"misfit", place.misfit}});
-  for (const Suspect& suspect : diagnosis.suspects)
-    effects.push_back({{"effect", suspect.effect},
-                       {"location", suspect.location},
-                       {"form", suspect.form},
-                       {"probability", suspect.probability},
-                       {"misfit", suspect.misfit},
-                       {"closure", suspect.closure.value},
-                       {"parameters", parameters_json(suspect.parameters)}});
-  for (const FittedParameter& parameter : diagnosis.tolerances)
-    tolerances.push_back({{"name", parameter.name}, {"tolerances_off", parameter.value}, {"std", parameter.std}});
-  for (Index i = 0; i < diagnosis.floor.std.size(); ++i)
-    floor[plant.sensors[static_cast<std::size_t>(i)].name] = diagnosis.floor.std(i);
-  Json places = Json::array();
-  for (const Place& place : diagnosis.places)
-    places.push_back({{"location", place.location}, {"same_entry", place.same}, {"leftover_chi2", place.leftover}});
-  Json channels = Json::array();
-  for (std::size_t i = 0; i < diagnosis.delivered.nrmse.size(); ++i)
-    channels.push_back({{"channel", plant.sensors[i].name}, {"nrmse", diagnosis.delivered.nrmse[i]}});
-  return {{"schema", "wheelhop.diagnosis/1"},
-          {"verdict", verdict(diagnosis)},
-          {"status", std::string(to_string(diagnosis.status))},
-          {"message", diagnosis.message},
-          {"where",
-           {{"location", diagnosis.locations.empty() ? Json() : Json(diagnosis.locations.front().location)},
-            {"locations", locations},
-            {"without_catalogue", places},
-            {"channels", channels}}},
-          {"which",
-           {{"effects", effects},
-            {"named", diagnosis.named},
-            {"outcome", to_string(diagnosis.outcome)},
-            {"ambiguous_with", diagnosis.ambiguous_with}}},
-          {"how_far",
-           {{"as_delivered", stage_json(plant, diagnosis.delivered)},
-            {"retuned", stage_json(plant, diagnosis.retuned)},
-            {"with_effect", stage_json(plant, diagnosis.corrected)},
-            {"floor", {{"std", floor}, {"source", to_string(diagnosis.floor.source)}}},
-            {"held_out", diagnosis.held_out},
-            {"closure", diagnosis.closure.value},
-            {"closure_ci90", interval(diagnosis.closure)},
-            {"closure_of_retuning", diagnosis.closure_of_retuning}}},
-          {"retuning", tolerances},
-          {"corrected_plant", corrected},
-          {"provenance", provenance()}};
-}
 
 std::string percent(const Closure& closure) {
   return fmt::format("{:.0f} % [{:.0f}, {:.0f}]", 100 * closure.value, 100 * closure.low, 100 * closure.high);
@@ -151,12 +76,94 @@ void print(const Diagnosis& diagnosis) {
     fmt::print("  {:<55} {:6.1f} +- {:.1f}\n", parameter.name, parameter.value, parameter.std);
 }
 
+/// The plant that `diagnosis.tolerances` describe.
+Plant retuned_plant(const Plant& plant, const Diagnosis& diagnosis) {
+  Plant retuned = plant;
+  const std::vector<FitParameter> moved = tolerance_parameters(plant);
+  for (std::size_t i = 0; i < std::min(moved.size(), diagnosis.tolerances.size()); ++i)
+    set_parameter(retuned, moved[i].name,
+                  get_parameter(plant, moved[i].name) + diagnosis.tolerances[i].value * moved[i].scale);
+  return retuned;
+}
+
+/// The plant in which the answer is missing: its parameters those found together with the effects, which do not bend to
+/// make up for them as re-tuned ones do; the plant as delivered where a parameter is the answer, or nothing.
+Plant bare_plant(const Plant& plant, const Diagnosis& diagnosis) {
+  if (diagnosis.outcome == GapOutcome::located_not_in_catalogue || diagnosis.outcome == GapOutcome::insufficient)
+    return retuned_plant(plant, diagnosis);
+  Plant bare = plant;
+  if (diagnosis.outcome == GapOutcome::parameter || diagnosis.outcome == GapOutcome::none) return bare;
+  for (const FitParameter& moved : tolerance_parameters(plant))
+    set_parameter(bare, moved.name, get_parameter(diagnosis.plant, moved.name));
+  return bare;
+}
+
+void print_kind(const StageExamination& stage) {
+  if (stage.repeats.known)
+    fmt::print("  {:.0f} % of a record's squared error comes again with the drive\n", 100 * stage.repeats.share);
+  if (stage.drift.significant)
+    fmt::print("  it drifts from the first third of the record to the last: {}{}{} from {:.3g} to {:.3g}\n",
+               stage.drift.kind, stage.drift.channel.empty() ? "" : " of ", stage.drift.channel, stage.drift.first,
+               stage.drift.last);
+  if (stage.lines.known)
+    fmt::print("  by the lines of the drive: {:.0f} % linear{}, {:.0f} % odd, {:.0f} % even\n",
+               100 * stage.lines.linear, stage.lines.odd_apart ? "" : " or odd", 100 * stage.lines.odd,
+               100 * stage.lines.even);
+}
+
+void print_examination(const Examination& examination) {
+  const int telling = telling_stage(examination);
+  if (telling < 0) return;
+  double whole = 0;  // as delivered, in the bands in which there is any
+  for (const BandShare& band : examination.stages[0].profile.bands) whole += std::max(band.excess, 0.0);
+  if (whole > 0) {
+    fmt::print("\nwhere the gap lies, in per cent of the gap as delivered\n{:>33}{:>12}{:>15}\n", "as delivered",
+               "re-tuned", "with answer");
+    for (std::size_t b = 0; b < examination.stages[0].profile.bands.size(); ++b) {
+      const BandShare& band = examination.stages[0].profile.bands[b];
+      fmt::print("  {:>6.3g} to {:<6.3g} Hz", band.from_hz, band.to_hz);
+      for (const StageExamination& stage : examination.stages)
+        fmt::print("{:12.1f}", stage.ran ? 100 * std::max(stage.profile.bands[b].excess, 0.0) / whole : NAN);
+      fmt::print("\n");
+    }
+  }
+  const StageExamination& stage = examination.stages[static_cast<std::size_t>(telling)];
+  fmt::print("\nwhat kind of gap ({})\n", telling == 0 ? "as delivered" : "re-tuned");
+  for (const RegionShare& region : standing_out(stage.profile))
+    fmt::print("  {:.0f} % of it in {:.0f} % of the time: {} from {:.3g} to {:.3g}\n", 100 * region.share,
+               100 * region.time_share, region.variable, region.from, region.to);
+  print_kind(stage);
+  if (const UnknownSignal& unknown = examination.unknown; unknown.status == Status::ok)
+    fmt::print("  the unknown signal at {}: {:.3g} {} RMS, about {:.2g} of it noise\n", unknown.location, unknown.rms,
+               unknown.unit, unknown.noise_rms);
+  const BeyondEnvelope& beyond = examination.beyond;
+  if (examination.beyond_known && beyond.time_share > 0)
+    fmt::print(
+        "  beyond the travels and rates of the fitted records ({:.1f} % of the time) the answer removes {:.0f} %{}\n",
+        100 * beyond.time_share, 100 * beyond.outside.value, beyond.flagged ? ": do not trust it there" : "");
+}
+
+/// A diagnosis does not fail for want of a picture.
+void draw(const Plant& plant, const Examination& examination, const DiagnoseRequest& request) {
+  const std::filesystem::path figures = figures_beside(request.out);
+  write_json(figures, diagnosis_figures_json(plant, examination));
+  std::error_code ignored;
+  std::filesystem::remove(request.report, ignored);  // the page of an earlier run would lie
+  std::fflush(stdout);
+  const Rendered drawn = render(request.out, request.report);
+  if (drawn.exit_status == 0)
+    fmt::print("drawn: {}\n", request.report.string());
+  else
+    fmt::print("not drawn: {} ({}); its data: {}\n", request.report.string(), drawn.message, figures.string());
+}
+
 }  // namespace
 
 int run_diagnose(const DiagnoseRequest& request) {
   const Plant plant = load_plant(request.plant);
   const RecordSet set = load_records(request.records, plant.input_channels(), plant.output_channels());
   require_writable_folder(request.out.parent_path());
+  if (!request.report.empty()) require_writable_folder(request.report.parent_path());
   const auto solver = make_levenberg_marquardt({.relative_decrease = 1e-4});
   Random random(1, Stream::initial_guess);
   const auto step = [&](const std::string& what) {
@@ -166,13 +173,22 @@ int run_diagnose(const DiagnoseRequest& request) {
   std::filesystem::path corrected = request.out;
   corrected.replace_extension(".plant.json");
   write_json(corrected, to_json(diagnosis.plant));
-  write_json(request.out, to_json(plant, diagnosis, corrected.filename().string()));
   if (diagnosis.status != Status::ok) {
+    write_json(request.out, diagnosis_json(plant, diagnosis, nullptr, "", corrected.filename().string()));
     std::fprintf(stderr, "wheelhop: %s\n", diagnosis.message.c_str());
     return 1;
   }
+  step("where the gap lies");
+  Random bootstrap(1, Stream::bootstrap);
+  const Examination examination =
+      examine({plant, retuned_plant(plant, diagnosis), diagnosis.plant}, set, diagnosis.floor,
+              bare_plant(plant, diagnosis), place_of_note(diagnosis), *solver, {}, bootstrap);
+  write_json(request.out,
+             diagnosis_json(plant, diagnosis, &examination, answer(diagnosis), corrected.filename().string()));
   print(diagnosis);
+  print_examination(examination);
   fmt::print("\nwritten: {}, {}\n", request.out.string(), corrected.string());
+  if (!request.report.empty()) draw(plant, examination, request);
   return 0;
 }
 

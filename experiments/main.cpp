@@ -26,7 +26,7 @@ using Run = std::function<int()>;
 /// Values that the commands' options are bound to; they outlive parsing.
 struct Arguments {
   bool json = false, quiet = false;
-  std::string config, out, records, system, x0 = "auto", folder;
+  std::string config, out, records, system, x0 = "auto", folder, page;
   ReproduceRequest reproduce;
   std::string reproduce_config, reproduce_out = "out/reproduce";
 };
@@ -94,23 +94,27 @@ void add_diagnose(CLI::App& app, Arguments& arguments, Run& run) {
   command.add_option("--records", arguments.records, "records.json: estimation (best with repeats) and validation")
       ->required();
   command.add_option("--out", arguments.out, "diagnosis to write; the corrected plant stands beside it")->required();
+  command.add_option("--report", arguments.page, "page with pictures to write (needs Node.js)");
   add_quiet(command, arguments);
   command.footer(
       "Re-tunes the plant inside its tolerances, tries every effect of `wheelhop list` at every place where it makes\n"
       "sense, and scores on the validation records. Repeats of one drive (repeat_of) give the noise floor.\n"
       "Probabilities compare the effects that were fitted; they are not calibrated on known cases.\n"
       "Example:\n  wheelhop diagnose --plant out/quarter_car/plant.json --records out/quarter_car/records.json "
-      "--out out/diagnosis.json");
+      "--out out/diagnosis.json --report out/diagnosis.html");
   command.callback([&] {
-    run = [&] { return run_diagnose({arguments.system, arguments.records, arguments.out, arguments.quiet}); };
+    run = [&] {
+      return run_diagnose({arguments.system, arguments.records, arguments.out, arguments.page, arguments.quiet});
+    };
   });
 }
 
 void add_report(CLI::App& app, Arguments& arguments, Run& run) {
-  CLI::App& command = *app.add_subcommand("report", "draw the figures and the page of a result folder again");
-  command.add_option("DIR", arguments.folder, "folder of a reproduction")->required();
-  command.add_option("--out", arguments.out, "page to write (default: DIR/report.html)");
-  command.footer("Example:\n  wheelhop report out/reproduce");
+  CLI::App& command = *app.add_subcommand("report", "draw the figures and the page of a result again");
+  command.add_option("RESULT", arguments.folder, "folder of a reproduction, or a diagnosis file")->required();
+  command.add_option("--out", arguments.out,
+                     "page to write (default: report.html in the folder, the diagnosis file's name with .html)");
+  command.footer("Example:\n  wheelhop report out/reproduce\n  wheelhop report out/diagnosis.json");
   command.callback([&] {
     run = [&] {
       const Rendered drawn = render(arguments.folder, arguments.out);

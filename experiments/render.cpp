@@ -13,9 +13,9 @@ extern char** environ;
 
 namespace wheelhop {
 
-Rendered render(const std::filesystem::path& folder, const std::filesystem::path& page) {
+Rendered render(const std::filesystem::path& result, const std::filesystem::path& page) {
   std::vector<std::string> words = {"node", (home() / "plots" / "render.mjs").string(),
-                                    std::filesystem::absolute(folder).string()};
+                                    std::filesystem::absolute(result).string()};
   if (!page.empty()) {
     words.push_back("--out");
     words.push_back(std::filesystem::absolute(page).string());

@@ -13,7 +13,8 @@ struct Rendered {
   std::string message;  ///< empty where the status is 0; render.mjs itself has written its reason to stderr
 };
 
-/// Runs `node HOME/plots/render.mjs DIR [--out FILE]`. @param page empty: DIR/report.html
-Rendered render(const std::filesystem::path& folder, const std::filesystem::path& page = {});
+/// Runs `node HOME/plots/render.mjs RESULT [--out FILE]`. @param result folder of a reproduction, or a diagnosis file
+/// @param page empty: DIR/report.html, D.html
+Rendered render(const std::filesystem::path& result, const std::filesystem::path& page = {});
 
 }  // namespace wheelhop

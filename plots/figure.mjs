@@ -60,19 +60,21 @@ function description(figures, signal) {
   );
 }
 
-/** The figure as an SVG text; the same input gives the same bytes. */
-export async function toSvg(figures, signal) {
-  const view = new vega.View(vega.parse(compile(specification(figures, signal), { logger: vega.logger(vega.Error) }).spec), { renderer: 'none' });
+/** A specification as an SVG text with a name and words of its own; the same input gives the same bytes. */
+export async function drawSvg(spec, name, title, words) {
+  const view = new vega.View(vega.parse(compile(spec, { logger: vega.logger(vega.Error) }).spec), { renderer: 'none' });
   vega.resetSVGDefIds();
   const svg = await view.toSVG();
   view.finalize();
-  const name = `figure${signal.figure}`;
-  const words =
-    `<title id="${name}-title">${escape(`Figure ${signal.figure}: ${signal.title}`)}</title>` +
-    `<desc id="${name}-desc">${escape(description(figures, signal))}</desc>`;
+  const described = `<title id="${name}-title">${escape(title)}</title><desc id="${name}-desc">${escape(words)}</desc>`;
   // Names unique over the figures, since the report page holds all of them.
   return `${svg
     .replace(/\b(clip|gradient)(\d+)\b/g, `${name}-$1$2`)
     .replaceAll(' stroke-dasharray="1,0"', '')
-    .replace(/<svg([^>]*)>/, `<svg$1 role="img" aria-labelledby="${name}-title ${name}-desc">${words}`)}\n`;
+    .replace(/<svg([^>]*)>/, `<svg$1 role="img" aria-labelledby="${name}-title ${name}-desc">${described}`)}\n`;
+}
+
+/** The figure of one signal. */
+export function toSvg(figures, signal) {
+  return drawSvg(specification(figures, signal), `figure${signal.figure}`, `Figure ${signal.figure}: ${signal.title}`, description(figures, signal));
 }

@@ -15,7 +15,7 @@ function describe(value) {
 }
 
 /** A view of one JSON file that knows its own path, so that a wrong value is reported where it stands. */
-class Place {
+export class Place {
   constructor(file, value, path = '$') {
     Object.assign(this, { file, value, path });
   }
@@ -52,7 +52,7 @@ class Place {
   }
 }
 
-function readJson(file) {
+export function readJson(file) {
   let text;
   try {
     text = readFileSync(file, 'utf8');

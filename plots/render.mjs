@@ -2,23 +2,27 @@
 // node render.mjs DIR [--out FILE.html]
 //   reads   DIR/table1.json and DIR/figures/figures.json
 //   writes  DIR/figures/figure<N>.svg, one a signal, and the report page (DIR/report.html)
+// node render.mjs D.json [--out FILE.html]
+//   reads   a diagnosis and D.figures.json beside it
+//   writes  its page (D.html)
 // Exit status: 0 written; 2 wrong use or wrong input, with one message and nothing written.
-import { renameSync, rmSync, writeFileSync } from 'node:fs';
+import { renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
+import { readDiagnosis } from './diagnosis_input.mjs';
 import { InputError, readFigures, readTable } from './input.mjs';
 
-const USAGE = 'usage: node render.mjs DIR [--out FILE.html]';
+const USAGE = 'usage: node render.mjs DIR [--out FILE.html], or node render.mjs DIAGNOSIS.json [--out FILE.html]';
 
 function parse(words) {
-  const [directory, option, file, ...rest] = words;
+  const [result, option, file, ...rest] = words;
   const known = words.length === 1 || (words.length === 3 && option === '--out' && file);
-  if (!directory || directory.startsWith('-') || !known || rest.length) throw new InputError(USAGE);
-  return { directory, out: file ?? join(directory, 'report.html') };
+  if (!result || result.startsWith('-') || !known || rest.length) throw new InputError(USAGE);
+  return { result, out: file };
 }
 
-async function load() {
+async function load(...files) {
   try {
-    return [await import('./figure.mjs'), await import('./report.mjs')];
+    return await Promise.all(files.map((file) => import(file)));
   } catch (error) {
     if (error.code !== 'ERR_MODULE_NOT_FOUND') throw error;
     throw new InputError('the figure packages are not installed: run "npm ci" in the folder plots');
@@ -37,18 +41,32 @@ function writeAll(files) {
   }
 }
 
-async function main() {
-  const { directory, out } = parse(process.argv.slice(2));
+async function drawReproduction(directory, out = join(directory, 'report.html')) {
   const table = readTable(directory);
   const figures = readFigures(directory);
-  const [{ toSvg }, { page }] = await load();
+  const [{ toSvg }, { page }] = await load('./figure.mjs', './report.mjs');
   const svgs = [];
   for (const signal of figures.signals) svgs.push(await toSvg(figures, signal));
   const named = figures.signals.map((signal, i) => [join(directory, 'figures', `figure${signal.figure}.svg`), svgs[i]]);
   writeAll([...named, [out, page(table, figures, svgs)]]);
 }
 
-main().catch((error) => {
+async function drawDiagnosis(file, out = file.replace(/\.[^./\\]*$/, '') + '.html') {
+  const { diagnosis, figures } = readDiagnosis(file);
+  const [{ drawSvg }, { diagnosisFigures }, { diagnosisPage }] = await load('./figure.mjs', './diagnosis_figures.mjs', './diagnosis.mjs');
+  const drawn = [];
+  for (const { name, title, caption, spec } of diagnosisFigures(diagnosis, figures))
+    drawn.push({ name, title, caption, svg: await drawSvg(spec, name, title, caption) });
+  writeAll([[out, diagnosisPage(diagnosis, figures, drawn)]]);
+}
+
+function main() {
+  const { result, out } = parse(process.argv.slice(2));
+  const isFile = statSync(result, { throwIfNoEntry: false })?.isFile();
+  return isFile ? drawDiagnosis(result, out) : drawReproduction(result, out);
+}
+
+Promise.resolve().then(main).catch((error) => {
   process.stderr.write(`wheelhop plots: ${error instanceof InputError ? error.message : error.stack}\n`);
   process.exitCode = error instanceof InputError ? 2 : 1;
 });

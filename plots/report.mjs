@@ -69,7 +69,7 @@ ${svg.trim()}
 }
 
 /** A flat object as a list of terms; whatever is nested as JSON. */
-function facts(title, object) {
+export function facts(title, object) {
   if (object === undefined) return '';
   const plain = object !== null && typeof object === 'object' && !Array.isArray(object);
   const entries = plain ? Object.entries(object) : [];

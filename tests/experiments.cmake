@@ -1,5 +1,6 @@
 # Tests of the tables, the model file and the program.
 wheelhop_test(conformance/piece_tables.cpp wheelhop_experiments)
+wheelhop_test(conformance/diagnosis_file.cpp wheelhop_experiments)
 wheelhop_test(conformance/model_file.cpp wheelhop_variants)
 
 # Runs of the whole program.

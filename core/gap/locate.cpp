@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/data/spectra.hpp"
 #include "core/identify/direction.hpp"
@@ -14,6 +15,10 @@ constexpr double kSameDirection = 0.9999;
 // What a nonlinear effect makes of a drive reaches beyond it, to its second harmonic and a little more.
 constexpr double kBandOverDrive = 2.2;
 constexpr double kDrivePower = 0.999;
+constexpr Index kNearbyLines = 4;  // either side, over which the unknown signal's spectrum is smooth
+constexpr Index kFadePart = 20;
+constexpr double kOverChance = 2;     // its power has to be so many times the noise's there, more than chance makes
+constexpr double kAboveTypical = 10;  // and may be so many times that of the lines where it is seen best
 
 /// A force of one Newton at a place, through the plant linearised at rest and held over a sample of the record.
 struct Probe {
@@ -27,9 +32,10 @@ bool is_displacement_input(const Plant& plant, const std::string& node) {
   return false;
 }
 
+/// The linearised plant with one more input, the last: a force.
 /// @param from, to as of a force input; a drive's node stands still for a force
-bool make_probe(const Plant& plant, std::string from, std::string to, double sample_time_s, const std::string& location,
-                Probe& probe) {
+bool probed_plant(const Plant& plant, std::string from, std::string to, const std::string& location,
+                  LinearPlant& linear) {
   if (is_displacement_input(plant, from)) from = "ground";
   if (is_displacement_input(plant, to)) to = "ground";
   if (from == to) return false;
@@ -42,8 +48,14 @@ bool make_probe(const Plant& plant, std::string from, std::string to, double sam
   force.from = from;
   force.to = to;
   probed.inputs.push_back(force);
-  const LinearPlant linear = linearise(probed);
-  if (linear.A.size() == 0) return false;
+  linear = linearise(probed);
+  return linear.A.size() > 0;
+}
+
+bool make_probe(const Plant& plant, const std::string& from, const std::string& to, double sample_time_s,
+                const std::string& location, Probe& probe) {
+  LinearPlant linear;
+  if (!probed_plant(plant, from, to, location, linear)) return false;
   const Index last = linear.B.cols() - 1;
   const DiscreteInput discrete = discretise_zoh(linear.A, linear.B.col(last), sample_time_s);
   probe = {{location, {}, 0}, discrete.A, linear.C, discrete.B, linear.D.col(last)};
@@ -105,6 +117,56 @@ double excited_band_hz(const Plant& plant, const FitRecord& record) {
   return kBandOverDrive * widest;
 }
 
+/// The ends of the force that a place's name stands for; false if it stands for none.
+bool ends_of(const Plant& plant, const std::string& location, std::string& from, std::string& to) {
+  for (const Element& element : plant.elements) {
+    const bool driven = is_displacement_input(plant, element.from) || is_displacement_input(plant, element.to);
+    if (element.name != location && !(location == "actuator" && driven)) continue;
+    from = element.from;
+    to = element.to;
+    return true;
+  }
+  for (const Mass& mass : plant.masses)
+    if (location == "guide:" + mass.name) {
+      from = "ground";
+      to = mass.name;
+      return true;
+    }
+  return false;
+}
+
+/// g^+ z with Wiener's weight. @param z p x lines, of which `used` count; `noise` is the power of each
+/// @param noise_power what noise makes of the result, sum of squares as fft counts them   @return 1 x lines
+ComplexMatrix divide_out(const LinearPlant& linear, const Vector& weight, const ComplexMatrix& z, Index used,
+                         double line_hz, double noise, double& noise_power) {
+  const Index last = linear.B.cols() - 1;
+  const ComplexMatrix A = linear.A.cast<std::complex<double>>(), B = linear.B.col(last).cast<std::complex<double>>();
+  ComplexMatrix f = ComplexMatrix::Zero(1, z.cols());
+  Vector visible(used), power(used);
+  for (Index k = 0; k < used; ++k) {
+    ComplexMatrix pencil = -A;
+    pencil.diagonal().array() += std::complex<double>(0, 2 * std::numbers::pi * line_hz * static_cast<double>(k));
+    const ComplexVector g = weight.asDiagonal() * (linear.C * solve_complex(pencil, B) + linear.D.col(last));
+    visible(k) = std::isfinite(g.squaredNorm()) ? g.squaredNorm() / noise : 0;
+    if (visible(k) > 0) f(0, k) = g.dot(z.col(k)) / g.squaredNorm();
+    power(k) = std::norm(f(0, k));
+  }
+  // Mean power of the signal where it can be seen best: each line's |f|^2 - 1 / visible has a variance of that squared.
+  const double typical = ((power.cwiseProduct(visible) - Vector::Ones(used)).dot(visible)) / visible.squaredNorm();
+  noise_power = 0;
+  ComplexMatrix out = ComplexMatrix::Zero(1, z.cols());
+  for (Index k = 0; k < used; ++k) {
+    const Index from = std::max<Index>(k - kNearbyLines, 0), count = std::min(k + kNearbyLines + 1, used) - from;
+    if (!(visible.segment(from, count).minCoeff() > 0) || !(typical > 0)) continue;
+    const double own = power.segment(from, count).mean();
+    const double quiet = visible.segment(from, count).cwiseInverse().mean();
+    const double gain = std::max(0.0, 1 - kOverChance * quiet / own) * typical / (typical + quiet / kAboveTypical);
+    out(0, k) = gain * f(0, k);
+    noise_power += 2 * gain * gain / visible(k);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& records) {
@@ -145,6 +207,62 @@ std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& rec
   std::stable_sort(places.begin(), places.end(),
                    [](const Place& a, const Place& b) { return a.leftover < b.leftover; });
   return places;
+}
+
+UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& records, std::size_t i,
+                             const std::string& location) {
+  UnknownSignal result;
+  result.location = location;
+  const FitRecord& record = records[i];
+  const double sample_time_s = static_cast<double>(record.ratio) / fit.plant.hold_hz();
+  const Index N = record.y.cols(), kept = N - record.skip;
+  result.value = Vector::Zero(N);
+  const auto scored_rms = [&] { return result.value.tail(kept).norm() / std::sqrt(static_cast<double>(kept)); };
+  for (Index j = 0; j < fit.plant.sensor_count(); ++j) {
+    const Sensor& sensor = fit.plant.sensors[static_cast<std::size_t>(j)];
+    if (location != "sensor:" + sensor.name) continue;
+    result.status = Status::ok;
+    result.unit = sensor.unit;
+    result.value.tail(kept) = -fit.error[i].row(j).tail(kept).transpose();
+    result.rms = scored_rms();
+    result.noise_rms = record.weight_std(j);
+    result.band_hz = 0.5 / sample_time_s;
+    return result;
+  }
+  std::string from, to;
+  LinearPlant linear;
+  if (!ends_of(fit.plant, location, from, to) || !probed_plant(fit.plant, from, to, location, linear)) {
+    result.message = "no force stands for the place \"" + location + "\"";
+    return result;
+  }
+  Matrix z = Matrix::Zero(record.y.rows(), 2 * N);
+  z.leftCols(kept) = residual_of(fit, records, i).rightCols(kept);
+  // What the plant still swings with from before the record, and goes on with behind it, is no force at its ends.
+  const Index fade = kept / kFadePart;
+  for (Index k = 0; k < fade; ++k) {
+    const double weight =
+        0.5 * (1 - std::cos(std::numbers::pi * (static_cast<double>(k) + 0.5) / static_cast<double>(fade)));
+    z.col(k) *= weight;
+    z.col(kept - 1 - k) *= weight;
+  }
+  result.unit = "N";
+  result.band_hz = std::min(excited_band_hz(fit.plant, record), 0.4 / sample_time_s);
+  const double line_hz = 1 / (2 * static_cast<double>(N) * sample_time_s);
+  const Index used = std::min<Index>(N, static_cast<Index>(result.band_hz / line_hz)) + 1;
+  double noise_power = 0;
+  const Vector weight = record.weight_std.cwiseInverse();
+  const ComplexMatrix f = divide_out(linear, weight, fft(z), used, line_hz, static_cast<double>(kept), noise_power);
+  if (!(f.squaredNorm() > 0)) {
+    result.status = Status::rank_deficient;
+    result.message = "no channel tells a force at \"" + location + "\" from noise";
+    return result;
+  }
+  // A force input pushes its second node away from the first, a law pulls it near.
+  result.value.tail(kept) = -inverse_fft(f, 2 * N).row(0).head(kept).transpose();
+  result.status = Status::ok;
+  result.rms = scored_rms();
+  result.noise_rms = std::sqrt(noise_power / (2 * static_cast<double>(N) * static_cast<double>(kept)));
+  return result;
 }
 
 }  // namespace wheelhop

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/status.hpp"
 #include "core/gap/plant_fit.hpp"
 
 namespace wheelhop {
@@ -27,5 +28,32 @@ struct Place {
 /// @param fit of fit_plant over `records`   @return ascending by leftover; empty for p = 1, where any place explains
 /// all Cost: one small projection a place, frequency and record.
 std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& records);
+
+/// The unknown signal at a place, over a record.
+struct UnknownSignal {
+  Status status = Status::unavailable;
+  std::string message;
+  std::string location;  ///< as asked for
+  std::string unit;      ///< "N", of a sensor that of its channel
+  Vector value;          ///< N, in time with the record; 0 in the leading samples that are not scored
+  double rms = 0;        ///< over the scored samples
+  double noise_rms = 0;  ///< what of that the noise alone makes, about
+  double band_hz = 0;    ///< nothing above is reconstructed
+};
+
+/// What `locate` supposes at a place, as a signal: per frequency f = g^+ z, in the band that the drive excites, with
+/// the sign of a law of the element: positive pulls its second node toward its first, so a missing damper reads c times
+/// the rate and a guide's force is that of an element from the ground to its mass. Where f does not rise above what
+/// noise would make of g^+ it is drawn towards zero (Wiener's weight from f's own spectrum, averaged over 9 lines). Of
+/// a sensor it is measured minus simulated of its channel.
+///
+/// z fades in and out over its first and last twentieth, and so does f; silence is put around it. g is the response of
+/// the plant linearised at rest, exact for a force without content above the band; sensor paths count as ideal. What the
+/// channels hardly see of a force (the static part of one between masses, to accelerometers) is missing from f.
+/// @param i number of the record   @param location of a Place, or one of its `same`
+/// Status: unavailable if the plant has no such place; rank_deficient if no channel sees a force there. Cost: one
+/// transform and a solution of the linear plant a frequency.
+UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& records, std::size_t i,
+                             const std::string& location);
 
 }  // namespace wheelhop

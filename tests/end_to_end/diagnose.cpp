@@ -48,7 +48,9 @@ void measure(const Folder& folder, const Plant& nominal, const Plant& truth, dou
 
 Json diagnosis(const Folder& folder, std::string& out) {
   const Said said = run_program("diagnose --quiet --plant '" + (folder / "plant.json").string() + "' --records '" +
-                                (folder / "records.json").string() + "' --out '" + (folder / "d.json").string() + "'");
+                                    (folder / "records.json").string() + "' --out '" + (folder / "d.json").string() +
+                                    "' --report '" + (folder / "d.html").string() + "'",
+                                "PATH=/nowhere");
   INFO(said.err);
   REQUIRE(said.status == 0);
   out = said.out;
@@ -75,6 +77,15 @@ TEST_CASE("an asymmetric damper is named at its element, closes the gap, and the
   CHECK(d.at("how_far").at("closure_ci90")[0].get<double>() <= d.at("how_far").at("closure").get<double>());
   for (const Json& effect : d.at("which").at("effects")) CHECK(effect.at("probability").get<double>() < 1);
   CHECK_THAT(out, Contains("damper_asymmetry") && Contains("x the noise"));
+  double shares = 0;
+  for (const Json& band : d.at("where").at("bands")) shares += band.at("share").get<double>();
+  CHECK(shares == Approx(1));
+  CHECK(d.at("how_far").at("beyond_envelope").at("time_share").get<double>() < 1);
+  // Without Node.js there is no page; the diagnosis stands, and the figures' data with it.
+  CHECK_THAT(out, Contains("not drawn") && Contains("Node.js"));
+  CHECK_FALSE(std::filesystem::exists(folder / "d.html"));
+  const Json figures = parse_json(read_file(folder / "d.figures.json"), "d.figures.json");
+  CHECK(figures.at("unknown_signal").at("location") == "suspension");
   const Plant corrected = load_plant(folder / d.at("corrected_plant").get<std::string>());
   CHECK(get_parameter(corrected, "suspension.asymmetric_damper.asymmetry") == Approx(0.25).epsilon(0.1));
 }

@@ -1,0 +1,68 @@
+#include "core/gap/examine.hpp"
+
+#include <cmath>
+
+namespace wheelhop {
+
+int telling_stage(const Examination& examination) {
+  for (const int s : {1, 0})
+    if (const StageExamination& stage = examination.stages[static_cast<std::size_t>(s)];
+        stage.ran && has_gap(stage.profile))
+      return s;
+  return -1;
+}
+
+Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, const NoiseFloor& floor,
+                    const Plant& bare, const std::string& place, const Solver& solver, const ExamineOptions& options,
+                    Random& random) {
+  Examination out;
+  out.sample_time_s = 1 / set.sampling_hz;
+  std::vector<FitRecord> fitted;
+  std::vector<std::string> fitted_names;
+  for (const Measured& measured : merge_repeats(set)) {
+    const bool held_out = measured.role == "validation";
+    (held_out ? out.records : fitted)
+        .push_back(
+            fit_record(plants[0], measured.signal, floor.std / std::sqrt(static_cast<double>(measured.repeats))));
+    (held_out ? out.names : fitted_names).push_back(measured.name);
+  }
+  out.held_out = !out.records.empty();
+  if (!out.held_out) {
+    out.records = fitted;
+    out.names = fitted_names;
+  }
+  const Index block = std::max<Index>(1, std::llround(options.block_s * set.sampling_hz));
+  ProfileOptions bands;
+  bands.band_edges_hz = band_edges(plants[0], set.sampling_hz / 2);
+  if (floor.source == FloorSource::repeats) bands.noise_shares = noise_shares(set, bands.band_edges_hz);
+  for (std::size_t s = 0; s < plants.size(); ++s) {
+    StageExamination& stage = out.stages[s];
+    stage.fit = fit_plant(plants[s], {}, out.records, solver, options.iterations);
+    stage.ran = stage.fit.error.size() == out.records.size();
+    if (!stage.ran) continue;
+    stage.motion = trajectories(stage.fit, out.records);
+    stage.profile = profile(stage.fit, out.records, stage.motion, bands);
+    stage.repeats = repeatability(stage.fit, out.records, floor);
+    stage.drift = drift(stage.fit, out.records, block);
+    stage.lines = line_split(stage.fit, out.records);
+  }
+  if (!place.empty()) {
+    const std::vector<FitRecord> first = {out.records.front()};
+    const PlantFit fit = fit_plant(bare, {}, first, solver, options.iterations);
+    if (!fit.error.empty()) {
+      out.unknown = unknown_signal(fit, first, 0, place);
+      out.unknown_motion = trajectories(fit, first).front();
+      out.unknown_outputs = first.front().y + fit.error.front();
+    }
+  }
+  if (!out.held_out || fitted.empty() || !out.stages[1].ran || !out.stages[2].ran) return out;
+  const PlantFit training = fit_plant(plants[2], {}, fitted, solver, options.iterations);
+  if (training.error.size() != fitted.size()) return out;
+  out.beyond_known = true;
+  out.beyond = beyond_envelope(out.stages[1].fit, out.stages[2].fit, out.records,
+                               motion_envelope(trajectories(training, fitted), fitted), out.stages[2].motion, block,
+                               options.draws, random);
+  return out;
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,107 @@
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { existsSync, readFileSync, readdirSync, rmSync } from 'node:fs';
+import { join } from 'node:path';
+import test from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { diagnosisData, diagnosisFiguresData, diagnosisFolder } from './diagnosis_sample.mjs';
+
+const RENDER = fileURLToPath(new URL('../render.mjs', import.meta.url));
+const render = (directory, ...words) => spawnSync(process.execPath, [RENDER, join(directory, 'd.json'), ...words], { encoding: 'utf8' });
+const page = (directory) => readFileSync(join(directory, 'd.html'), 'utf8');
+
+/** Runs `body` on a folder and removes the folder whatever happens. */
+function on(directory, body) {
+  try {
+    body(directory);
+  } finally {
+    rmSync(directory, { recursive: true, force: true });
+  }
+}
+
+function changed(data, change) {
+  change(data);
+  return data;
+}
+
+test('the page begins with the answer and shows every part of the diagnosis, escaped, asking nothing of any server', () =>
+  on(diagnosisFolder(), (directory) => {
+    const run = render(directory);
+    assert.equal(run.status, 0, run.stderr);
+    assert.equal(run.stderr, '');
+    const html = page(directory);
+    assert.equal(html.match(/<svg /g).length, 7);
+    assert.ok(html.indexOf('The gap is 10 x the &#60;noise&#62;') < html.indexOf('<svg '));
+    for (const text of ['Why simulation and rig disagree: coulomb friction at strut', 'Coulomb friction at strut', 'force_n = 41.2', '0.93', '98 %', '90 % of a record', 'the gain of acc goes from 0 to 0.1',
+      '20 % linear, 70 % odd, 10 % even', '40 % of it in 10 % of the time, at strut velocity', 'Do not trust it there', 'tyre, actuator', 'Force at strut (N)', 'acc (m/s\u00b2)', '3 to 50'])
+      assert.ok(html.includes(text), text);
+    assert.doesNotMatch(html, /NaN|undefined|Infinity/);
+    assert.doesNotMatch(html, /<(script|link|img|iframe)\b|@import|url\((?!#)|(?:src|href)="(?!#)/);
+    const ids = [...html.matchAll(/ id="([^"]*)"/g)].map(([, id]) => id);
+    assert.equal(new Set(ids).size, ids.length);
+  }));
+
+test('the same diagnosis gives the same bytes, at the place that --out says', () =>
+  on(diagnosisFolder(), (directory) => {
+    assert.equal(render(directory).status, 0);
+    assert.equal(render(directory, '--out', join(directory, 'other.html')).status, 0);
+    assert.equal(page(directory), readFileSync(join(directory, 'other.html'), 'utf8'));
+  }));
+
+test('what the records do not tell is left out: no repeats, no place, no effect, a stage that failed', () => {
+  const diagnosis = changed(diagnosisData(), (d) => {
+    d.which.effects = [];
+    d.which.named = [];
+    d.verdict = 'no_gap';
+    d.where.without_catalogue = [];
+    delete d.where.after_retuning;
+    delete d.where.after_effect;
+    d.how_far.per_channel[0].misfit.with_effect = null;
+    d.how_far.with_effect = { misfit: null, nrmse: {} };
+    d.how_far.beyond_envelope = null;
+    for (const band of d.how_far.per_band) band.excess.with_effect = null;
+  });
+  const figures = changed(diagnosisFiguresData(), (f) => {
+    f.unknown_signal = null;
+    f.segment = null;
+    f.regions = [];
+  });
+  on(diagnosisFolder(diagnosis, figures), (directory) => {
+    const run = render(directory);
+    assert.equal(run.status, 0, run.stderr);
+    const html = page(directory);
+    assert.equal(html.match(/<svg /g).length, 3);
+    assert.ok(html.includes('<h1>Simulation and rig agree</h1>'));
+    assert.ok(html.includes('the drive is not periodic'));
+    assert.doesNotMatch(html, /NaN|undefined|Infinity/);
+  });
+});
+
+test('checks are shown whatever they hold', () => {
+  const diagnosis = changed(diagnosisData(), (d) => (d.checks = [{ name: 'parameter_homing', passed: true, chi2: 3.25 }]));
+  on(diagnosisFolder(diagnosis), (directory) => {
+    assert.equal(render(directory).status, 0);
+    assert.match(page(directory), /Parameter homing<\/dt><dd>Passed: true; Chi2: 3.25/);
+  });
+});
+
+const MISTAKES = [
+  ['no figures', diagnosisData(), null, /d\.figures\.json: expected a JSON file, could not read it \(ENOENT\)/],
+  ['another schema', changed(diagnosisData(), (d) => (d.schema = 'x/1')), diagnosisFiguresData(), /\$\.schema: expected "wheelhop\.diagnosis\/1", found "x\/1"/],
+  ['a diagnosis that failed', changed(diagnosisData(), (d) => (d.status = 'outside_domain')), diagnosisFiguresData(), /\$\.status: expected .*found "outside_domain"/],
+  ['no answer', changed(diagnosisData(), (d) => delete d.answer), diagnosisFiguresData(), /\$\.answer: expected a text, found nothing/],
+  ['a sample missing', diagnosisData(), changed(diagnosisFiguresData(), (f) => f.segment.channels[0].retuned.pop()), /\$\.segment\.channels\[0\]\.retuned: expected 60 numbers/],
+  ['a point missing', diagnosisData(), changed(diagnosisFiguresData(), (f) => f.unknown_signal.axes[1].values.pop()), /\$\.unknown_signal\.axes\[1\]\.values: expected 60 numbers/],
+];
+
+for (const [name, diagnosis, figures, message] of MISTAKES) {
+  test(`a diagnosis that is wrong (${name}) gives one message, exit status 2 and no page`, () =>
+    on(diagnosisFolder(diagnosis, figures), (directory) => {
+      const run = render(directory);
+      assert.equal(run.status, 2, run.stderr);
+      assert.match(run.stderr, message);
+      assert.equal(run.stderr.trim().split('\n').length, 1);
+      assert.deepEqual(readdirSync(directory).filter((file) => file.endsWith('.html')), []);
+      assert.ok(!existsSync(join(directory, 'd.html.part')));
+    }));
+}

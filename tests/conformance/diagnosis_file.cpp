@@ -1,0 +1,113 @@
+// The diagnosis file and the data of its page hold what the contract names, for a gap whose truth is known.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/plant/dataset.hpp"
+#include "experiments/diagnose_json.hpp"
+#include "experiments/diagnose_report.hpp"
+#include "tests/support/plants.hpp"
+#include "tests/support/systems.hpp"
+#include "variants/solver/levenberg_marquardt.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+
+namespace {
+
+/// Two repeats, and a validation record half as strong again.
+RecordSet measured(const Plant& truth) {
+  RecordSet set;
+  set.sampling_hz = 200;
+  const Index ratio = 5, samples = 4000;
+  Random random = numbers(841);
+  Matrix drive;
+  for (int which = 0; which < 3; ++which) {
+    if (which != 1) {
+      drive.resize(1, samples * ratio);
+      Vector poles = Vector::Zero(4);
+      for (Index k = 0; k < drive.cols(); ++k) {
+        double value = random.normal();
+        for (double& pole : poles) value = pole += 0.06 * (value - pole);
+        drive(0, k) = (which == 2 ? 0.006 : 0.004) * value;
+      }
+    }
+    Record record{"r" + std::to_string(which) + ".csv", which < 2 ? "estimation" : "validation",
+                  which < 2 ? "drive" : "", 0, generate_record(truth, drive, 200).signal};
+    const Vector noise = (Vector(3) << 4e-5, 0.01, 0.06).finished();
+    record.signal.y += noise.asDiagonal() * random.normal(3, samples);
+    set.records.push_back(std::move(record));
+  }
+  return set;
+}
+
+double sum_of(const Json& parts, const char* key) {
+  double sum = 0;
+  for (const Json& part : parts) sum += part.at(key).get<double>();
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a diagnosis file tells where, how far and beyond what; its figures hold every series at one length") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.3}});
+  const RecordSet set = measured(truth);
+  Diagnosis diagnosis;
+  diagnosis.floor = noise_floor(set);
+  diagnosis.plant = truth;
+  diagnosis.places = {{"suspension", {}, 1.1}, {"tyre", {"actuator"}, 20}};
+  diagnosis.locations = {{"actuator", 0.9, 1}};
+  CHECK(place_of_note(diagnosis).empty());  // no gap
+  diagnosis.outcome = GapOutcome::effect;
+  CHECK(place_of_note(diagnosis) == "tyre");
+  diagnosis.locations = {{"suspension", 0.9, 1}};
+  CHECK(place_of_note(diagnosis) == "suspension");
+  Random random = numbers(842);
+  const auto solver = make_levenberg_marquardt({});
+  const Examination examination =
+      examine({nominal, nominal, truth}, set, diagnosis.floor, nominal, "suspension", *solver, {.draws = 50}, random);
+  CHECK(telling_stage(examination) == 1);
+  const Json file = diagnosis_json(nominal, diagnosis, &examination, "An answer.", "d.plant.json");
+
+  const Json& where = file.at("where");
+  for (const Json* stage : {&where, &where.at("after_retuning"), &where.at("after_effect")}) {
+    for (const char* parts : {"bands", "time"}) {
+      const double sum = sum_of(stage->at(parts), "share");
+      CHECK((sum == Approx(1) || (stage == &where.at("after_effect") && sum == 0)));  // nothing above the floor
+    }
+    CHECK(stage->at("kind").at("repeatable").at("share").get<double>() <= 1);
+    CHECK(stage->at("kind").at("lines").contains("absent"));
+  }
+  CHECK(where.at("unknown_signal").at("rms").get<double>() >
+        5 * where.at("unknown_signal").at("noise_rms").get<double>());
+  CHECK(where.at("kind").at("repeatable").at("share").get<double>() > 0.8);
+  for (const Json& band : file.at("how_far").at("per_band"))
+    CHECK(band.at("excess").at("with_effect").get<double>() < 0.1);
+  for (const Json& channel : file.at("how_far").at("per_channel")) {
+    CHECK(channel.at("misfit").at("as_delivered").get<double>() > 2);
+    CHECK(channel.at("misfit").at("with_effect").get<double>() == Approx(1).epsilon(0.1));
+  }
+  const Json& beyond = file.at("how_far").at("beyond_envelope");
+  CHECK(beyond.at("time_share").get<double>() > 0.02);
+  CHECK(beyond.at("closure").get<double>() > 0.95);
+  CHECK_FALSE(beyond.at("flagged").get<bool>());
+
+  const Json figures = diagnosis_figures_json(nominal, examination);
+  const Json& segment = figures.at("segment");
+  REQUIRE(segment.at("time_s").size() == 200);
+  for (const Json& channel : segment.at("channels"))
+    for (const char* line : {"measured", "as_delivered", "retuned", "with_effect"})
+      CHECK(channel.at(line).size() == 200);
+  const Json& signal = figures.at("unknown_signal");
+  REQUIRE(signal.at("axes").size() == 2);
+  CHECK(signal.at("axes")[1].at("name") == "suspension velocity");
+  for (const Json& axis : signal.at("axes")) CHECK(axis.at("values").size() == signal.at("value").size());
+  // An asymmetric damper pulls harder one way than the other: its even part is c a |v|, positive on both sides.
+  const Json& medians = signal.at("axes")[1].at("medians");
+  CHECK(medians.front()[1].get<double>() > 10);
+  CHECK(medians.back()[1].get<double>() > 10);
+  CHECK(figures.dump() == diagnosis_figures_json(nominal, examination).dump());
+  // A diagnosis that failed has a file, without what could not be seen.
+  CHECK_FALSE(diagnosis_json(nominal, diagnosis, nullptr, "", "d.plant.json").at("where").contains("bands"));
+}

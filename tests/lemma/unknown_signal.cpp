@@ -1,0 +1,109 @@
+// The unknown signal at a place is the force that was put there, with the sign of a law.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/data/resample.hpp"
+#include "core/gap/locate.hpp"
+#include "core/gap/trajectory.hpp"
+#include "core/plant/dataset.hpp"
+#include "tests/support/plants.hpp"
+#include "tests/support/systems.hpp"
+#include "variants/solver/levenberg_marquardt.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+
+namespace {
+
+constexpr Index kSamples = 3000, kRatio = 5;
+
+Matrix smooth(Index rows, double size, Random& random) {
+  Matrix out(rows, kSamples * kRatio), poles = Matrix::Zero(rows, 4);
+  for (Index k = 0; k < out.cols(); ++k)
+    for (Index i = 0; i < rows; ++i) {
+      double value = random.normal();
+      for (Index stage = 0; stage < 4; ++stage) value = poles(i, stage) += 0.06 * (value - poles(i, stage));
+      out(i, k) = size * value;
+    }
+  return out;
+}
+
+/// The plant without what moved the record that `truth` made, fitted to it.
+struct Run {
+  PlantFit fit;
+  std::vector<FitRecord> records;
+  Run(const Plant& nominal, const Plant& truth, const Matrix& drive, double noise) {
+    const GeneratedRecord made = generate_record(truth, drive, 200);
+    REQUIRE(made.status == Status::ok);
+    Random random = numbers(831);
+    const Vector floor = noise * made.signal.y.rowwise().norm() / std::sqrt(static_cast<double>(kSamples));
+    records.push_back({drive.topRows(nominal.input_count()), made.signal.y, kRatio, 0, floor});
+    records[0].y += floor.asDiagonal() * random.normal(floor.size(), kSamples);
+    fit = fit_plant(nominal, {}, records, *make_levenberg_marquardt({}), 6);
+    REQUIRE(fit.error.size() == 1);
+  }
+  Vector at(const std::string& place) const {
+    const UnknownSignal found = unknown_signal(fit, records, 0, place);
+    CAPTURE(found.message);
+    REQUIRE(found.status == Status::ok);
+    CHECK(found.value.size() == kSamples);
+    CHECK(found.rms == Approx(found.value.norm() / std::sqrt(static_cast<double>(kSamples))));
+    CHECK(found.noise_rms < found.rms);
+    return found.value;
+  }
+};
+
+Vector inner(const Vector& x) { return x.segment(200, kSamples - 400); }
+
+}  // namespace
+
+TEST_CASE("a force between two masses, or on one, is reconstructed: a law's sign is minus that of a force input") {
+  const Plant nominal = plant_from(chain_text);
+  for (const std::string place : {"lower", "upper", "foot", "guide:mid"}) {
+    CAPTURE(place);
+    Plant truth = nominal;
+    PlantInput force{
+        .name = "hidden", .kind = InputKind::force, .unit = "N", .hold_hz = 1000, .from = "ground", .to = "mid"};
+    if (place == "lower") force.from = "low";
+    if (place == "upper")
+      force = {.name = "hidden", .kind = InputKind::force, .unit = "N", .hold_hz = 1000, .from = "mid", .to = "top"};
+    if (place == "foot") force.to = "low";
+    truth.inputs.push_back(force);
+    Random random = numbers(832);
+    Matrix drive = smooth(3, 1, random);
+    drive.row(0) *= 0.004;
+    const Vector hidden = decimate(drive.row(2), kRatio).transpose();
+    const Run run(nominal, truth, drive, 0.002);
+    // What holds the two lower plates together hardly moves any of these sensors.
+    CHECK(relative_error(inner(run.at(place)), inner(-hidden)) < (place == "lower" ? 0.35 : 0.1));
+  }
+}
+
+TEST_CASE("a missing damper reads its coefficient times the rate of its element") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  truth.elements[0].laws.push_back({find_law("viscous_damper"), {120}});
+  Random random = numbers(833);
+  const Run run(nominal, truth, smooth(1, 0.003, random), 0.005);
+  const Vector force = inner(run.at("suspension"));
+  // Its own rate, that of the plant with the damper.
+  PlantFit true_fit = fit_plant(truth, {}, run.records, *make_levenberg_marquardt({}), 6);
+  const Vector rate = inner(trajectories(true_fit, run.records)[0].rate.row(0).transpose());
+  CHECK(force.dot(rate) / rate.squaredNorm() == Approx(120).epsilon(0.1));
+  CHECK(force.dot(rate) / force.norm() / rate.norm() > 0.97);
+}
+
+TEST_CASE(
+    "a sensor's unknown is measured minus simulated; a place that the plant has not is refused; noise is no force") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  set_parameter(truth, "sensor:body_acc.gain", 1.1);
+  Random random = numbers(834);
+  const Run run(nominal, truth, smooth(1, 0.003, random), 0.005);
+  CHECK(relative_error(run.at("sensor:body_acc"), 0.1 / 1.1 * run.records[0].y.row(1).transpose()) < 0.1);
+  CHECK(unknown_signal(run.fit, run.records, 0, "sensor:body_acc").unit == "m/s^2");
+  CHECK(unknown_signal(run.fit, run.records, 0, "timebase").status == Status::unavailable);
+  const Run quiet(nominal, nominal, smooth(1, 0.003, random), 0.01);
+  const UnknownSignal nothing = unknown_signal(quiet.fit, quiet.records, 0, "suspension");
+  CHECK(nothing.rms < 2 * nothing.noise_rms + 1);
+}
