@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "core/base/files.hpp"
-#include "core/gap/diagnose.hpp"
 #include "experiments/provenance.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
 #include "variants/table.hpp"
@@ -153,20 +153,43 @@ void print(const Diagnosis& diagnosis) {
 
 }  // namespace
 
+CandidateSource catalogue_without(std::vector<std::string> left_out) {
+  return [left_out = std::move(left_out)](const Plant& plant) {
+    std::vector<EffectCandidate> candidates = effect_candidates(plant);
+    std::erase_if(candidates, [&](const EffectCandidate& candidate) {
+      return std::find(left_out.begin(), left_out.end(), candidate.effect) != left_out.end();
+    });
+    return candidates;
+  };
+}
+
+Diagnosis diagnose_records(const Plant& plant, const RecordSet& set, const CandidateSource& candidates,
+                           const std::function<void(const std::string&)>& step) {
+  const auto solver = make_levenberg_marquardt({.relative_decrease = 1e-4});
+  Random random(1, Stream::initial_guess);
+  return diagnose(plant, set, candidates, *solver, {}, random, step);
+}
+
+std::filesystem::path write_diagnosis(const Plant& plant, const Diagnosis& diagnosis, const std::filesystem::path& out,
+                                      const Json& more) {
+  std::filesystem::path corrected = out;
+  corrected.replace_extension(".plant.json");
+  write_json(corrected, to_json(diagnosis.plant));
+  Json answer = to_json(plant, diagnosis, corrected.filename().string());
+  answer.update(more);
+  write_json(out, answer);
+  return corrected;
+}
+
 int run_diagnose(const DiagnoseRequest& request) {
   const Plant plant = load_plant(request.plant);
   const RecordSet set = load_records(request.records, plant.input_channels(), plant.output_channels());
   require_writable_folder(request.out.parent_path());
-  const auto solver = make_levenberg_marquardt({.relative_decrease = 1e-4});
-  Random random(1, Stream::initial_guess);
   const auto step = [&](const std::string& what) {
     if (!request.quiet) std::fprintf(stderr, "diagnose: %s\n", what.c_str());
   };
-  const Diagnosis diagnosis = diagnose(plant, set, effect_candidates, *solver, {}, random, step);
-  std::filesystem::path corrected = request.out;
-  corrected.replace_extension(".plant.json");
-  write_json(corrected, to_json(diagnosis.plant));
-  write_json(request.out, to_json(plant, diagnosis, corrected.filename().string()));
+  const Diagnosis diagnosis = diagnose_records(plant, set, effect_candidates, step);
+  const std::filesystem::path corrected = write_diagnosis(plant, diagnosis, request.out);
   if (diagnosis.status != Status::ok) {
     std::fprintf(stderr, "wheelhop: %s\n", diagnosis.message.c_str());
     return 1;
