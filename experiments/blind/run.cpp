@@ -42,13 +42,13 @@ LeftOut left_out_by(const fs::path& key, const std::vector<std::string>& cases) 
   LeftOut left_out;
   for (const std::string& name : cases) left_out[name];
   if (key.empty()) return left_out;
-  std::map<std::string, blind::TrueCase> truth;
-  for (blind::TrueCase& item : blind::load_key(key)) truth[item.name] = std::move(item);
+  std::map<std::string, scoring::TrueCase> truth;
+  for (scoring::TrueCase& item : scoring::load_key(key)) truth[item.name] = std::move(item);
   for (const std::string& name : cases) {
     if (!truth.contains(name))
-      throw UserError(blind::key_file(key).string() + ": expected the case " + name + ", found none");
+      throw UserError(scoring::key_file(key).string() + ": expected the case " + name + ", found none");
     for (const Entry<EffectPiece>& entry : effect_table())
-      for (const blind::TrueEffect& effect : truth[name].effects)
+      for (const scoring::TrueEffect& effect : truth[name].effects)
         if (effect.effect == entry.name && effect.in_catalogue) left_out[name].push_back(entry.name);
   }
   return left_out;

@@ -11,13 +11,14 @@
 #include "experiments/blind/run.hpp"
 #include "experiments/blind/score_closure.hpp"
 #include "experiments/blind/score_print.hpp"
+#include "experiments/blind/truth/sha256.hpp"
 #include "experiments/progress.hpp"
 
 namespace wheelhop {
 namespace {
 
 namespace fs = std::filesystem;
-using namespace blind;
+using namespace scoring;
 
 /// The cases of the key that are asked about.
 std::vector<TrueCase> chosen_truth(const BlindScoreRequest& request, const std::vector<TrueCase>& key) {
@@ -30,13 +31,16 @@ std::vector<TrueCase> chosen_truth(const BlindScoreRequest& request, const std::
   return out;
 }
 
-/// The answers were made of the cases that this key is for.
-void check_manifest(const fs::path& manifest, const std::vector<TrueCase>& key) {
+/// The answers were made of the cases that this key is for, and the key is the one whose check sum was published.
+void check_manifest(const fs::path& manifest, const fs::path& key, std::size_t cases) {
   if (!fs::exists(manifest)) return;
   const JsonCursor cursor = JsonCursor::load(manifest);
-  const auto cases = cursor.find("cases");
-  if (cases && cases->integer() != std::ssize(key))
-    cases->fail(fmt::format("{}, the number of cases in the key", key.size()));
+  if (const auto made = cursor.find("cases"); made && made->integer() != static_cast<Index>(cases))
+    made->fail(fmt::format("{}, the number of cases in the key", cases));
+  const auto published = cursor.find("key_sha256");
+  if (!published) return;
+  if (const std::string sum = blind::sha256(read_file(key)); published->string() != sum)
+    published->fail(fmt::format("the SHA-256 of {}, {}", key.string(), sum));
 }
 
 std::vector<Judged> judge_all(const BlindScoreRequest& request, const std::vector<TrueCase>& truths) {
@@ -164,7 +168,7 @@ Json scores_json(const std::vector<Judged>& judged, const std::vector<Group>& gr
 
 int run_blind_score(const BlindScoreRequest& request) {
   const std::vector<TrueCase> key = load_key(request.key);
-  check_manifest(request.answers / "manifest.json", key);
+  check_manifest(request.answers / "manifest.json", key_file(request.key), key.size());
   const std::vector<Judged> judged = judge_all(request, chosen_truth(request, key));
   const std::vector<Group> groups = score_groups(judged);
   const fs::path out = request.out.empty() ? request.answers / "scores.json" : request.out;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace wheelhop::blind {
+namespace wheelhop::scoring {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -75,4 +75,4 @@ double median(std::vector<double> values) {
   return (values[half - 1] + values[half]) / 2;
 }
 
-}  // namespace wheelhop::blind
+}  // namespace wheelhop::scoring

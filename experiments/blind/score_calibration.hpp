@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace wheelhop::blind {
+namespace wheelhop::scoring {
 
 /// How many of n cases.
 struct Rate {
@@ -45,4 +45,4 @@ Calibration calibrate(std::vector<Forecast> forecasts);
 /// Median of the values (mean of the two middle ones), -infinity among them; NaN if there is none.
 double median(std::vector<double> values);
 
-}  // namespace wheelhop::blind
+}  // namespace wheelhop::scoring

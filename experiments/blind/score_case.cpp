@@ -4,7 +4,7 @@
 
 #include "core/base/status.hpp"
 
-namespace wheelhop::blind {
+namespace wheelhop::scoring {
 namespace {
 
 using Names = std::vector<std::string>;
@@ -207,4 +207,4 @@ std::vector<std::pair<std::string, std::string>> confusions(const Judged& judged
   return pairs;
 }
 
-}  // namespace wheelhop::blind
+}  // namespace wheelhop::scoring

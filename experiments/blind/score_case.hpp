@@ -10,7 +10,7 @@
 #include "core/base/json.hpp"
 #include "experiments/blind/score_key.hpp"
 
-namespace wheelhop::blind {
+namespace wheelhop::scoring {
 
 /// What a diagnosis file says, as far as it is scored.
 struct Answer {
@@ -60,4 +60,4 @@ Judged judge(const TrueCase& truth, Answer answer);
 /// order; "none" for no gap and for no name, "error" for an answer that is one or is absent.
 std::vector<std::pair<std::string, std::string>> confusions(const Judged& judged);
 
-}  // namespace wheelhop::blind
+}  // namespace wheelhop::scoring

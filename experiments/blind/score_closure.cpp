@@ -5,7 +5,7 @@
 #include "core/gap/plant_fit.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
 
-namespace wheelhop::blind {
+namespace wheelhop::scoring {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -54,4 +54,4 @@ void measure_closure(Judged& judged, const std::filesystem::path& answers, const
   judged.beyond_closure = closure_over(beyond, before, after, floor);
 }
 
-}  // namespace wheelhop::blind
+}  // namespace wheelhop::scoring

@@ -8,7 +8,7 @@
 #include "core/plant/plant.hpp"
 #include "experiments/blind/score_case.hpp"
 
-namespace wheelhop::blind {
+namespace wheelhop::scoring {
 
 /// Mean of (yhat - y)^2 over floor^2 on records without noise, 0 for the truth itself; initial states are fitted.
 /// Infinity where a simulation fails. @param floor p, standard deviation of the noise in the blind records
@@ -20,4 +20,4 @@ double noise_free_misfit(const Plant& plant, const std::vector<const Record*>& r
 /// records or a diagnosis no plants. UserError for mistakes in the plant files and records.
 void measure_closure(Judged& judged, const std::filesystem::path& answers, const std::filesystem::path& truth);
 
-}  // namespace wheelhop::blind
+}  // namespace wheelhop::scoring

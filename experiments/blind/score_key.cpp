@@ -5,7 +5,7 @@
 
 #include "core/base/json.hpp"
 
-namespace wheelhop::blind {
+namespace wheelhop::scoring {
 namespace {
 
 constexpr double kMedium = 0.7, kStrong = 2;  // gaps over the noise at which a strength begins
@@ -19,6 +19,10 @@ TrueEffect read_effect(const JsonCursor& cursor) {
   effect.effect = cursor.at("effect").string();
   effect.location = cursor.at("location").string();
   effect.form = cursor.string("form", "");
+  if (cursor.has("catalogue_form"))
+    effect.catalogue_form = cursor.at("catalogue_form").boolean();
+  else if (!effect.form.empty())
+    effect.catalogue_form = effect.form == "catalogue";
   effect.in_catalogue = cursor.boolean("in_catalogue", effect.effect != "unknown");
   return effect;
 }
@@ -77,6 +81,7 @@ std::vector<TrueCase> load_key(const std::filesystem::path& key) {
   std::vector<TrueCase> cases;
   std::set<std::string> names;
   for (const JsonCursor& item : cursor.items()) {
+    if (item.at("case").raw().is_null()) continue;
     cases.push_back(read_case(item));
     if (!names.insert(cases.back().name).second) item.at("case").fail("a case that no other entry has");
   }
@@ -89,4 +94,4 @@ bool same_location(const std::string& a, const std::string& b) {
   return a == b || (a == "actuator" && input(b)) || (b == "actuator" && input(a));
 }
 
-}  // namespace wheelhop::blind
+}  // namespace wheelhop::scoring

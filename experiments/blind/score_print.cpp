@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-namespace wheelhop::blind {
+namespace wheelhop::scoring {
 namespace {
 
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.3f}", value) : "-"; }
@@ -134,4 +134,4 @@ void print_scores(const std::vector<Judged>& judged, const std::vector<Group>& g
   print_wrong(judged);
 }
 
-}  // namespace wheelhop::blind
+}  // namespace wheelhop::scoring

@@ -4,7 +4,7 @@
 
 #include "experiments/blind/score_table.hpp"
 
-namespace wheelhop::blind {
+namespace wheelhop::scoring {
 
 /// A value that meets its target; false for n = 0.
 bool is_met(const Target& target, const Score& score);
@@ -13,4 +13,4 @@ const Group* find_group(const std::vector<Group>& groups, const std::string& nam
 
 void print_scores(const std::vector<Judged>& judged, const std::vector<Group>& groups);
 
-}  // namespace wheelhop::blind
+}  // namespace wheelhop::scoring

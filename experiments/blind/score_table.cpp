@@ -6,7 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
-namespace wheelhop::blind {
+namespace wheelhop::scoring {
 namespace {
 
 using Cases = std::vector<const Judged*>;
@@ -42,8 +42,8 @@ Value reported_closure(const Judged& judged) {
   if (!is_single(judged)) return std::nullopt;
   return claims_effect(judged.answer) ? judged.answer.closure.value_or(0) : 0;
 }
-bool catalogue_form(const Judged& judged) { return judged.truth.effects.front().form == "catalogue"; }
-bool other_form(const Judged& judged) { return !judged.truth.effects.front().form.empty() && !catalogue_form(judged); }
+bool catalogue_form(const Judged& judged) { return judged.truth.effects.front().catalogue_form == true; }
+bool other_form(const Judged& judged) { return judged.truth.effects.front().catalogue_form == false; }
 Value when(bool counts, Value value) { return counts ? value : std::nullopt; }
 
 const std::vector<RateRule>& rate_rules() {
@@ -161,6 +161,7 @@ std::vector<Group> score_groups(const std::vector<Judged>& judged) {
       {"strength", [](const Judged& one) { return one.truth.strength; }},
       {"kind", [](const Judged& one) { return to_string(one.truth.kind); }},
       {"set", [](const Judged& one) { return one.truth.set; }},
+      {"effect", [](const Judged& one) { return is_single(one) ? one.truth.effects.front().effect : ""; }},
       {"drive", [](const Judged& one) { return one.truth.drive; }},
       {"plant", [](const Judged& one) { return one.truth.plant; }}};
   for (const auto& [by, property] : properties) {
@@ -210,4 +211,4 @@ const std::vector<Target>& targets() {
   return list;
 }
 
-}  // namespace wheelhop::blind
+}  // namespace wheelhop::scoring

@@ -9,7 +9,7 @@
 #include "experiments/blind/score_calibration.hpp"
 #include "experiments/blind/score_case.hpp"
 
-namespace wheelhop::blind {
+namespace wheelhop::scoring {
 
 struct Score {
   std::string key, meaning;
@@ -19,7 +19,7 @@ struct Score {
 };
 
 /// Cases that are scored together: all, those at 0.7 of the noise and above ("clear"), and those that share a strength,
-/// a kind, a set, a drive or a plant.
+/// a kind, a set, an effect (single ones), a drive or a plant.
 struct Group {
   std::string by, name;
   long cases = 0;
@@ -39,4 +39,4 @@ struct Target {
 };
 const std::vector<Target>& targets();
 
-}  // namespace wheelhop::blind
+}  // namespace wheelhop::scoring
