@@ -207,7 +207,11 @@ void require_known_command(const CLI::App& app, int count, char** words) {
   std::vector<std::string> known;
   for (const CLI::App* command : app.get_subcommands({})) known.push_back(command->get_name());
   const std::string word = words[1];
-  if (std::find(known.begin(), known.end(), word) != known.end()) return;
+  if (std::find(known.begin(), known.end(), word) != known.end()) {
+    const CLI::App& command = *app.get_subcommand(word);
+    if (!command.get_subcommands({}).empty()) require_known_command(command, count - 1, words + 1);
+    return;
+  }
   const std::string nearest = nearest_name(word, known);
   throw UserError("unknown command \"" + word + "\"; known commands: " + join_names(known) +
                   (nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?"));

@@ -14,6 +14,7 @@
 
 #include "core/base/files.hpp"
 #include "core/base/status.hpp"
+#include "experiments/blind/score_calibration.hpp"
 #include "experiments/blind/score_key.hpp"
 #include "experiments/diagnose.hpp"
 #include "experiments/progress.hpp"
@@ -172,8 +173,12 @@ int run_blind_run(const BlindRunRequest& request) {
     work();
   }
   if (failure) std::rethrow_exception(failure);
-  fmt::print("{} cases: {} answered now, {} before, {} of all are errors\nwritten: {}\n", cases.size(), open.size(),
-             cases.size() - open.size(), errors.load(), request.out.string());
+  std::vector<double> seconds;
+  for (const std::string& name : cases)
+    if (timing["case_s"].contains(name)) seconds.push_back(timing["case_s"][name].get<double>());
+  fmt::print("{} cases: {} answered now, {} before, {} of all are errors; {:.1f} s a case (median)\nwritten: {}\n",
+             cases.size(), open.size(), cases.size() - open.size(), errors.load(), scoring::median(seconds),
+             request.out.string());
   return errors > 0 ? 1 : 0;
 }
 

@@ -17,9 +17,10 @@ struct BlindScoreRequest {
 
 /// Prints the scores beside their targets, groups of cases, calibration, confusions and every wrong case, and writes
 /// them (schema `wheelhop.blind_scores/1`): `targets`, `groups` (all, clear, and by strength, kind, set, effect, drive,
-/// plant), `confusion` (true effect, then named effect) and `cases`, a row each, `fault` null where it is right. A rate
-/// has `hits`, `n` and `wilson95`, any other score its `n`. Every case of the key counts: an answer that is an error or
-/// absent is wrong. Same answers and key, same bytes.
+/// plant), `confusion` (true effect, then named effect) and `cases`, a row each: `fault` is null where it is right,
+/// `closure_true` where it was not measured or the corrected plant cannot follow the drive. A rate has `hits`, `n` and
+/// `wilson95`, any other score its `n`. Every case of the key counts: an answer that is an error or absent is wrong.
+/// Same answers and key, same bytes.
 /// @return 0; 1 if an answer is an error or absent. UserError for mistakes in the key, a key without any answer, and a
 /// manifest among the answers that tells of another number of cases or another SHA-256 of the key.
 int run_blind_score(const BlindScoreRequest& request);
