@@ -2,145 +2,30 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
 
 #include "core/base/files.hpp"
-#include "core/gap/diagnose.hpp"
+#include "experiments/diagnose_answer.hpp"
 #include "experiments/diagnose_json.hpp"
 #include "experiments/diagnose_report.hpp"
 #include "experiments/render.hpp"
-#include "variants/solver/levenberg_marquardt.hpp"
+#include "variants/solver/secant_levenberg_marquardt.hpp"
 #include "variants/table.hpp"
 
 namespace wheelhop {
 namespace {
 
-std::string percent(const Closure& closure) {
-  return fmt::format("{:.0f} % [{:.0f}, {:.0f}]", 100 * closure.value, 100 * closure.low, 100 * closure.high);
-}
-
-std::string answer(const Diagnosis& diagnosis) {
-  const double times = std::sqrt(std::max(diagnosis.delivered.misfit - 1, 0.0));
-  const std::string gap = fmt::format("The gap is {:.1f} x the noise.", times);
-  const auto best = [&]() -> const Suspect& { return diagnosis.suspects.front(); };
-  switch (diagnosis.outcome) {
-    case GapOutcome::none:
-      return times < 1 ? "No gap: what the plant leaves is noise, every parameter inside its tolerance."
-                       : gap + " Parameters that differ inside their tolerances explain it; nothing is missing.";
-    case GapOutcome::parameter:
-      return fmt::format("{} {} at {} explains it (P {:.2f}) and removes {} of it.", gap, best().effect,
-                         best().location, best().probability, percent(diagnosis.closure));
-    case GapOutcome::located_not_in_catalogue:
-      return fmt::format(
-          "{} No effect of the catalogue explains it; it seems to enter at {} (P {:.2f}). The best suspect, {} at {}, "
-          "removes {} of what re-tuning leaves.",
-          gap, diagnosis.locations.front().location, diagnosis.locations.front().probability, best().effect,
-          best().location, percent(best().closure));
-    case GapOutcome::insufficient: return "Not enough to tell: " + diagnosis.message + ".";
-    default: break;
-  }
-  std::string names;
-  for (const std::string& name : diagnosis.named) names += (names.empty() ? "" : " and ") + name;
-  std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) removes {} of what re-tuning leaves.", gap,
-                                 diagnosis.locations.front().location, diagnosis.locations.front().probability, names,
-                                 best().probability, percent(diagnosis.closure));
-  for (const std::string& other : diagnosis.ambiguous_with) text += " It could also be " + other + ".";
-  return text;
-}
-
-void print(const Diagnosis& diagnosis) {
-  fmt::print("{}\n", answer(diagnosis));
-  if (!diagnosis.held_out)
-    fmt::print("No record has the role \"validation\": every figure is of the records that were fitted, too kind.\n");
-  fmt::print("\nmean squared error over the noise's, 1 is the floor ({}; {})\n", to_string(diagnosis.floor.source),
-             diagnosis.held_out ? "held-out records" : "fitted records");
-  fmt::print("  as delivered {:10.3f}\n  re-tuned     {:10.3f}   inside the tolerances; removes {:.0f} %\n",
-             diagnosis.delivered.misfit, diagnosis.retuned.misfit, 100 * diagnosis.closure_of_retuning);
-  for (const Suspect& suspect : diagnosis.suspects) {
-    fmt::print("  with {:<38} {:10.3f}   P {:.2f}", suspect.effect + " at " + suspect.location, suspect.misfit,
-               suspect.probability);
-    for (const FittedParameter& parameter : suspect.parameters)
-      fmt::print("  {} = {:.4g} +- {:.2g}", parameter.name.substr(parameter.name.rfind('.') + 1), parameter.value,
-                 parameter.std);
-    fmt::print("\n");
-  }
-  fmt::print("\nwhat one unknown signal would leave, by the place where it enters (1: it explains all)\n");
-  for (const Place& place : diagnosis.places) {
-    fmt::print("  {:<38} {:10.3f}", place.location, place.leftover);
-    for (const std::string& same : place.same) fmt::print("{}{}", &same == &place.same.front() ? "   or " : ", ", same);
-    fmt::print("\n");
-  }
-  fmt::print("\nparameters after re-tuning, in tolerances off\n");
-  for (const FittedParameter& parameter : diagnosis.tolerances)
-    fmt::print("  {:<55} {:6.1f} +- {:.1f}\n", parameter.name, parameter.value, parameter.std);
-}
-
-/// The plant that `diagnosis.tolerances` describe.
-Plant retuned_plant(const Plant& plant, const Diagnosis& diagnosis) {
-  Plant retuned = plant;
-  const std::vector<FitParameter> moved = tolerance_parameters(plant);
-  for (std::size_t i = 0; i < std::min(moved.size(), diagnosis.tolerances.size()); ++i)
-    set_parameter(retuned, moved[i].name,
-                  get_parameter(plant, moved[i].name) + diagnosis.tolerances[i].value * moved[i].scale);
-  return retuned;
-}
-
 /// The plant in which the answer is missing: its parameters those found together with the effects, which do not bend to
 /// make up for them as re-tuned ones do; the plant as delivered where a parameter is the answer, or nothing.
 Plant bare_plant(const Plant& plant, const Diagnosis& diagnosis) {
   if (diagnosis.outcome == GapOutcome::located_not_in_catalogue || diagnosis.outcome == GapOutcome::insufficient)
-    return retuned_plant(plant, diagnosis);
+    return diagnosis.retuned_plant;
   Plant bare = plant;
   if (diagnosis.outcome == GapOutcome::parameter || diagnosis.outcome == GapOutcome::none) return bare;
   for (const FitParameter& moved : tolerance_parameters(plant))
     set_parameter(bare, moved.name, get_parameter(diagnosis.plant, moved.name));
   return bare;
-}
-
-void print_kind(const StageExamination& stage) {
-  if (stage.repeats.known)
-    fmt::print("  {:.0f} % of a record's squared error comes again with the drive\n", 100 * stage.repeats.share);
-  if (stage.drift.significant)
-    fmt::print("  it drifts from the first third of the record to the last: {}{}{} from {:.3g} to {:.3g}\n",
-               stage.drift.kind, stage.drift.channel.empty() ? "" : " of ", stage.drift.channel, stage.drift.first,
-               stage.drift.last);
-  if (stage.lines.known)
-    fmt::print("  by the lines of the drive: {:.0f} % linear{}, {:.0f} % odd, {:.0f} % even\n",
-               100 * stage.lines.linear, stage.lines.odd_apart ? "" : " or odd", 100 * stage.lines.odd,
-               100 * stage.lines.even);
-}
-
-void print_examination(const Examination& examination) {
-  const int telling = telling_stage(examination);
-  if (telling < 0) return;
-  double whole = 0;  // as delivered, in the bands in which there is any
-  for (const BandShare& band : examination.stages[0].profile.bands) whole += std::max(band.excess, 0.0);
-  if (whole > 0) {
-    fmt::print("\nwhere the gap lies, in per cent of the gap as delivered\n{:>33}{:>12}{:>15}\n", "as delivered",
-               "re-tuned", "with answer");
-    for (std::size_t b = 0; b < examination.stages[0].profile.bands.size(); ++b) {
-      const BandShare& band = examination.stages[0].profile.bands[b];
-      fmt::print("  {:>6.3g} to {:<6.3g} Hz", band.from_hz, band.to_hz);
-      for (const StageExamination& stage : examination.stages)
-        fmt::print("{:12.1f}", stage.ran ? 100 * std::max(stage.profile.bands[b].excess, 0.0) / whole : NAN);
-      fmt::print("\n");
-    }
-  }
-  const StageExamination& stage = examination.stages[static_cast<std::size_t>(telling)];
-  fmt::print("\nwhat kind of gap ({})\n", telling == 0 ? "as delivered" : "re-tuned");
-  for (const RegionShare& region : standing_out(stage.profile))
-    fmt::print("  {:.0f} % of it in {:.0f} % of the time: {} from {:.3g} to {:.3g}\n", 100 * region.share,
-               100 * region.time_share, region.variable, region.from, region.to);
-  print_kind(stage);
-  if (const UnknownSignal& unknown = examination.unknown; unknown.status == Status::ok)
-    fmt::print("  the unknown signal at {}: {:.3g} {} RMS, about {:.2g} of it noise\n", unknown.location, unknown.rms,
-               unknown.unit, unknown.noise_rms);
-  const BeyondEnvelope& beyond = examination.beyond;
-  if (examination.beyond_known && beyond.time_share > 0)
-    fmt::print(
-        "  beyond the travels and rates of the fitted records ({:.1f} % of the time) the answer removes {:.0f} %{}\n",
-        100 * beyond.time_share, 100 * beyond.outside.value, beyond.flagged ? ": do not trust it there" : "");
 }
 
 /// A diagnosis does not fail for want of a picture.
@@ -159,32 +44,58 @@ void draw(const Plant& plant, const Examination& examination, const DiagnoseRequ
 
 }  // namespace
 
+CandidateList catalogue_without(std::vector<std::string> left_out) {
+  return [left_out = std::move(left_out)](const Plant& plant, const Operation& operation) {
+    std::vector<EffectCandidate> candidates = effect_candidates(plant, operation);
+    std::erase_if(candidates, [&](const EffectCandidate& candidate) {
+      return std::find(left_out.begin(), left_out.end(), candidate.effect) != left_out.end();
+    });
+    return candidates;
+  };
+}
+
+Diagnosis diagnose_records(const Plant& plant, const RecordSet& set, const CandidateList& candidates,
+                           const std::function<void(const std::string&)>& step) {
+  const auto quick =
+      make_secant_levenberg_marquardt({.relative_decrease = 2e-3, .trusted_gain = 0.25, .ending_share = 1});
+  const auto thorough = make_secant_levenberg_marquardt({.relative_decrease = 1e-4});
+  Random random(1, Stream::bootstrap);
+  return diagnose(plant, set, candidates, *quick, *thorough, {}, random, step);
+}
+
+std::filesystem::path write_diagnosis(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,
+                                      const std::filesystem::path& out, const Json& more) {
+  std::filesystem::path corrected = out;
+  corrected.replace_extension(".plant.json");
+  write_json(corrected, to_json(diagnosis.plant));
+  Json file = diagnosis_json(plant, diagnosis, examination, diagnosis.status == Status::ok ? answer(diagnosis) : "",
+                             corrected.filename().string());
+  file.update(more);
+  write_json(out, file);
+  return corrected;
+}
+
 int run_diagnose(const DiagnoseRequest& request) {
   const Plant plant = load_plant(request.plant);
   const RecordSet set = load_records(request.records, plant.input_channels(), plant.output_channels());
   require_writable_folder(request.out.parent_path());
   if (!request.report.empty()) require_writable_folder(request.report.parent_path());
-  const auto solver = make_levenberg_marquardt({.relative_decrease = 1e-4});
-  Random random(1, Stream::initial_guess);
   const auto step = [&](const std::string& what) {
     if (!request.quiet) std::fprintf(stderr, "diagnose: %s\n", what.c_str());
   };
-  const Diagnosis diagnosis = diagnose(plant, set, effect_candidates, *solver, {}, random, step);
-  std::filesystem::path corrected = request.out;
-  corrected.replace_extension(".plant.json");
-  write_json(corrected, to_json(diagnosis.plant));
+  const Diagnosis diagnosis = diagnose_records(plant, set, effect_candidates, step);
   if (diagnosis.status != Status::ok) {
-    write_json(request.out, diagnosis_json(plant, diagnosis, nullptr, "", corrected.filename().string()));
+    write_diagnosis(plant, diagnosis, nullptr, request.out);
     std::fprintf(stderr, "wheelhop: %s\n", diagnosis.message.c_str());
     return 1;
   }
   step("where the gap lies");
-  Random bootstrap(1, Stream::bootstrap);
+  Random bootstrap(2, Stream::bootstrap);
+  const auto solver = make_secant_levenberg_marquardt({.relative_decrease = 1e-4});
   const Examination examination =
-      examine({plant, retuned_plant(plant, diagnosis), diagnosis.plant}, set, diagnosis.floor,
-              bare_plant(plant, diagnosis), place_of_note(diagnosis), *solver, {}, bootstrap);
-  write_json(request.out,
-             diagnosis_json(plant, diagnosis, &examination, answer(diagnosis), corrected.filename().string()));
+      examine({plant, diagnosis.retuned_plant, diagnosis.plant}, set, diagnosis.floor, bare_plant(plant, diagnosis),
+              place_of_note(diagnosis), *solver, {}, bootstrap);
+  const std::filesystem::path corrected = write_diagnosis(plant, diagnosis, &examination, request.out);
   print(diagnosis);
   print_examination(examination);
   fmt::print("\nwritten: {}, {}\n", request.out.string(), corrected.string());

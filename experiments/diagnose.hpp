@@ -5,7 +5,23 @@
 
 #include <filesystem>
 
+#include "core/gap/diagnose.hpp"
+#include "core/gap/examine.hpp"
+
 namespace wheelhop {
+
+/// The catalogue with some families taken out, by effect id.
+CandidateList catalogue_without(std::vector<std::string> left_out);
+
+/// diagnose() with the solver, options and random numbers of the command: same plant and records, same answer.
+Diagnosis diagnose_records(const Plant& plant, const RecordSet& set, const CandidateList& candidates,
+                           const std::function<void(const std::string&)>& step = {});
+
+/// Writes the plant with the answer beside `out`, with the ending `.plant.json`, and then `out` (schema
+/// `wheelhop.diagnosis/1`). @param examination null: without where in bands, ranges and time the gap lies
+/// @param more members added to the latter   @return the former
+std::filesystem::path write_diagnosis(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,
+                                      const std::filesystem::path& out, const Json& more = Json::object());
 
 struct DiagnoseRequest {
   std::filesystem::path plant, records, out;

@@ -1,5 +1,7 @@
 #include "experiments/diagnose_json.hpp"
 
+#include <algorithm>
+
 #include "experiments/provenance.hpp"
 
 namespace wheelhop {
@@ -83,14 +85,23 @@ void add_profile(const Plant& plant, const Examination& examination, const Stage
   out["kind"] = kind_json(plant, stage);
 }
 
+/// What an unknown signal at a location would leave; null where the records cannot tell.
+Json leftover_at(const Diagnosis& diagnosis, const std::string& location) {
+  for (const Place& place : diagnosis.places)
+    if (place.location == location || std::find(place.same.begin(), place.same.end(), location) != place.same.end())
+      return place.leftover;
+  return {};
+}
+
 Json where_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination) {
   Json where = {{"location", diagnosis.locations.empty() ? Json() : Json(diagnosis.locations.front().location)},
                 {"locations", Json::array()},
                 {"without_catalogue", Json::array()},
                 {"channels", Json::array()}};
   for (const LocationProbability& place : diagnosis.locations)
-    where["locations"].push_back(
-        {{"location", place.location}, {"probability", place.probability}, {"misfit", place.misfit}});
+    where["locations"].push_back({{"location", place.location},
+                                  {"probability", place.probability},
+                                  {"leftover_chi2", leftover_at(diagnosis, place.location)}});
   for (const Place& place : diagnosis.places)
     where["without_catalogue"].push_back(
         {{"location", place.location}, {"same_entry", place.same}, {"leftover_chi2", place.leftover}});
@@ -172,6 +183,9 @@ Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examin
                        {"misfit", suspect.misfit},
                        {"closure", suspect.closure.value},
                        {"parameters", parameters_json(suspect.parameters)}});
+  Json checks = Json::array();
+  for (const Check& check : diagnosis.checks)
+    checks.push_back({{"check", check.name}, {"passed", check.passed}, {"detail", check.detail}});
   for (const FittedParameter& parameter : diagnosis.tolerances)
     tolerances.push_back({{"name", parameter.name}, {"tolerances_off", parameter.value}, {"std", parameter.std}});
   return {{"schema", "wheelhop.diagnosis/1"},
@@ -184,8 +198,10 @@ Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examin
            {{"effects", effects},
             {"named", diagnosis.named},
             {"outcome", to_string(diagnosis.outcome)},
-            {"ambiguous_with", diagnosis.ambiguous_with}}},
+            {"ambiguous_with", diagnosis.ambiguous_with},
+            {"separating_test", Json()}}},
           {"how_far", how_far_json(plant, diagnosis, examination)},
+          {"checks", checks},
           {"retuning", tolerances},
           {"corrected_plant", corrected},
           {"provenance", provenance()}};

@@ -10,6 +10,8 @@
 
 #include "core/base/json.hpp"
 #include "core/base/status.hpp"
+#include "experiments/blind/run.hpp"
+#include "experiments/blind/score.hpp"
 #include "experiments/diagnose.hpp"
 #include "experiments/generate.hpp"
 #include "experiments/identify.hpp"
@@ -29,6 +31,8 @@ struct Arguments {
   std::string config, out, records, system, x0 = "auto", folder, page;
   ReproduceRequest reproduce;
   std::string reproduce_config, reproduce_out = "out/reproduce";
+  BlindRunRequest blind_run;
+  BlindScoreRequest blind_score;
 };
 
 void add_quiet(CLI::App& command, Arguments& arguments) {
@@ -153,13 +157,65 @@ void add_reproduce(CLI::App& app, Arguments& arguments, Run& run) {
   });
 }
 
+void add_blind_run(CLI::App& blind, Arguments& arguments, Run& run) {
+  CLI::App& command = *blind.add_subcommand("run", "diagnose every case of a folder, without its key");
+  BlindRunRequest& request = arguments.blind_run;
+  command.add_option("DIR", request.folder, "folder of cases: CASE/plant.json, CASE/records.json")->required();
+  command.add_option("--out", request.out, "folder of the answers; cases that have one are skipped")->required();
+  command.add_option("--cases", request.cases,
+                     "names or patterns with commas between: case_000,case_01* (default: all)");
+  command.add_option("--leave-out", request.leave_out,
+                     "key: the family of each case's true effect leaves the catalogue (a test of \"none of these\")");
+  command.add_option("--jobs", request.jobs, "cases at once; one case uses all threads too")
+      ->check(CLI::Range(1, 4096))
+      ->capture_default_str();
+  add_quiet(command, arguments);
+  command.footer("Example:\n  wheelhop blind run out/cases --out out/answers");
+  command.callback([&] {
+    run = [&] {
+      request.quiet = arguments.quiet;
+      return run_blind_run(request);
+    };
+  });
+}
+
+void add_blind_score(CLI::App& blind, Arguments& arguments, Run& run) {
+  CLI::App& command = *blind.add_subcommand("score", "hold answers against the key: rates, targets, every wrong case");
+  BlindScoreRequest& request = arguments.blind_score;
+  command.add_option("ANSWERS", request.answers, "folder that `blind run` wrote")->required();
+  command.add_option("--key", request.key, "key.json or its folder, with truth/ for the true closure")->required();
+  command.add_option("--out", request.out, "scores to write (default: ANSWERS/scores.json)");
+  command.add_option("--cases", request.cases, "names or patterns with commas between (default: all of the key)");
+  add_quiet(command, arguments);
+  command.footer(
+      "Every case of the key counts; an answer that is an error or absent is wrong.\n"
+      "Example:\n  wheelhop blind score out/answers --key out/key");
+  command.callback([&] {
+    run = [&] {
+      request.quiet = arguments.quiet;
+      return run_blind_score(request);
+    };
+  });
+}
+
+void add_blind(CLI::App& app, Arguments& arguments, Run& run) {
+  CLI::App& command = *app.add_subcommand("blind", "a test with withheld effects: how good is the diagnosis?");
+  command.require_subcommand(1);
+  add_blind_run(command, arguments, run);
+  add_blind_score(command, arguments, run);
+}
+
 /// CLI11 would call an unknown command an extra argument.
 void require_known_command(const CLI::App& app, int count, char** words) {
   if (count < 2 || words[1][0] == '-') return;
   std::vector<std::string> known;
   for (const CLI::App* command : app.get_subcommands({})) known.push_back(command->get_name());
   const std::string word = words[1];
-  if (std::find(known.begin(), known.end(), word) != known.end()) return;
+  if (std::find(known.begin(), known.end(), word) != known.end()) {
+    const CLI::App& command = *app.get_subcommand(word);
+    if (!command.get_subcommands({}).empty()) require_known_command(command, count - 1, words + 1);
+    return;
+  }
   const std::string nearest = nearest_name(word, known);
   throw UserError("unknown command \"" + word + "\"; known commands: " + join_names(known) +
                   (nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?"));
@@ -177,6 +233,7 @@ int run_program(int count, char** words) {
   add_identify(app, arguments, run);
   add_simulate(app, arguments, run);
   add_diagnose(app, arguments, run);
+  add_blind(app, arguments, run);
   add_reproduce(app, arguments, run);
   add_report(app, arguments, run);
   require_known_command(app, count, words);

@@ -11,7 +11,8 @@
 
 namespace wheelhop {
 
-/// A bar on a terminal, a line a minute elsewhere, nothing if quiet. Safe to call from several threads.
+/// A bar on a terminal, a line a minute elsewhere, with the time left; nothing if quiet. Safe to call from several
+/// threads.
 class Progress {
  public:
   Progress(std::string what, long total, bool quiet)
@@ -37,20 +38,35 @@ class Progress {
     const auto now = std::chrono::steady_clock::now();
     if (terminal_) {
       const int width = 30, filled = static_cast<int>(total_ > 0 ? width * done_ / total_ : width);
-      std::fprintf(stderr, "\r%s [%s%s] %ld of %ld", what_.c_str(), std::string(filled, '#').c_str(),
-                   std::string(width - filled, '.').c_str(), done_, total_);
+      std::fprintf(stderr, "\r%s [%s%s] %ld of %ld%s\033[K", what_.c_str(), std::string(filled, '#').c_str(),
+                   std::string(width - filled, '.').c_str(), done_, total_, left(now).c_str());
       std::fflush(stderr);
     } else if (last || now - shown_ >= std::chrono::minutes(1)) {
-      std::fprintf(stderr, "%s: %ld of %ld done\n", what_.c_str(), done_, total_);
+      std::fprintf(stderr, "%s: %ld of %ld done%s\n", what_.c_str(), done_, total_, left(now).c_str());
       shown_ = now;
     }
+  }
+
+  /// ", about 3 min left" once a part is done, from the mean time of those.
+  std::string left(std::chrono::steady_clock::time_point now) const {
+    if (done_ == 0 || done_ == total_) return "";
+    const double s = std::chrono::duration<double>(now - start_).count() * static_cast<double>(total_ - done_) /
+                     static_cast<double>(done_);
+    char text[64];
+    if (s < 90)
+      std::snprintf(text, sizeof text, ", about %.0f s left", s);
+    else if (s < 5400)
+      std::snprintf(text, sizeof text, ", about %.0f min left", s / 60);
+    else
+      std::snprintf(text, sizeof text, ", about %.1f h left", s / 3600);
+    return text;
   }
 
   std::string what_;
   long total_, done_ = 0;
   bool quiet_, terminal_;
   std::mutex mutex_;
-  std::chrono::steady_clock::time_point shown_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), shown_ = start_;
 };
 
 }  // namespace wheelhop

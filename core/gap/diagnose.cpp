@@ -207,6 +207,7 @@ std::string to_string(GapOutcome outcome) {
     case GapOutcome::effect: return "effect";
     case GapOutcome::several: return "several";
     case GapOutcome::located_not_in_catalogue: return "located_not_in_catalogue";
+    case GapOutcome::exogenous: return "exogenous";
     case GapOutcome::ambiguous: return "ambiguous";
     default: return "insufficient";
   }

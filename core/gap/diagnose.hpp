@@ -40,7 +40,16 @@ struct LocationProbability {
   double probability = 0;
 };
 
-enum class GapOutcome { none, parameter, effect, several, located_not_in_catalogue, ambiguous, insufficient };
+enum class GapOutcome {
+  none,
+  parameter,
+  effect,
+  several,
+  located_not_in_catalogue,
+  exogenous,  ///< located, but no function of the plant's states
+  ambiguous,
+  insufficient
+};
 std::string to_string(GapOutcome outcome);
 
 /// A check of the answer by other means than those that found it.

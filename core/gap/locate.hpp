@@ -48,8 +48,8 @@ struct UnknownSignal {
 /// a sensor it is measured minus simulated of its channel.
 ///
 /// z fades in and out over its first and last twentieth, and so does f; silence is put around it. g is the response of
-/// the plant linearised at rest, exact for a force without content above the band; sensor paths count as ideal. What the
-/// channels hardly see of a force (the static part of one between masses, to accelerometers) is missing from f.
+/// the plant linearised at rest, exact for a force without content above the band; sensor paths count as ideal. What
+/// the channels hardly see of a force (the static part of one between masses, to accelerometers) is missing from f.
 /// @param i number of the record   @param location of a Place, or one of its `same`
 /// Status: unavailable if the plant has no such place; rank_deficient if no channel sees a force there. Cost: one
 /// transform and a solution of the linear plant a frequency.

@@ -1,0 +1,176 @@
+#include "experiments/blind/run.hpp"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <map>
+#include <mutex>
+#include <sstream>
+#include <thread>
+
+#include "core/base/files.hpp"
+#include "core/base/status.hpp"
+#include "experiments/blind/score_calibration.hpp"
+#include "experiments/blind/score_key.hpp"
+#include "experiments/diagnose.hpp"
+#include "experiments/progress.hpp"
+#include "variants/table.hpp"
+
+namespace wheelhop {
+namespace {
+
+namespace fs = std::filesystem;
+using LeftOut = std::map<std::string, std::vector<std::string>>;  // by case
+
+std::vector<std::string> find_cases(const fs::path& folder) {
+  if (!fs::is_directory(folder)) throw UserError(folder.string() + ": expected a folder of cases, found none");
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (fs::exists(entry.path() / "plant.json") && fs::exists(entry.path() / "records.json"))
+      names.push_back(entry.path().filename().string());
+  if (names.empty())
+    throw UserError(folder.string() + ": expected cases (folders with plant.json and records.json), found none");
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// What leaves the catalogue in each case; nothing where the key names no effect of the catalogue.
+LeftOut left_out_by(const fs::path& key, const std::vector<std::string>& cases) {
+  LeftOut left_out;
+  for (const std::string& name : cases) left_out[name];
+  if (key.empty()) return left_out;
+  std::map<std::string, scoring::TrueCase> truth;
+  for (scoring::TrueCase& item : scoring::load_key(key)) truth[item.name] = std::move(item);
+  for (const std::string& name : cases) {
+    if (!truth.contains(name))
+      throw UserError(scoring::key_file(key).string() + ": expected the case " + name + ", found none");
+    for (const Entry<EffectPiece>& entry : effect_table())
+      for (const scoring::TrueEffect& effect : truth[name].effects)
+        if (effect.effect == entry.name && effect.in_catalogue) left_out[name].push_back(entry.name);
+  }
+  return left_out;
+}
+
+struct Found {
+  bool answered = false, error = false;
+};
+
+/// An answer of an earlier run; one that does not parse counts as none.
+Found find_answer(const fs::path& file, const std::vector<std::string>& left_out) {
+  if (!fs::exists(file)) return {};
+  Json answer;
+  try {
+    answer = parse_json(read_file(file), file.string());
+  } catch (const UserError&) {
+    return {};
+  }
+  if (!answer.is_object()) return {};
+  if (answer.value("left_out", Json::array()) != Json(left_out))
+    throw UserError(
+        fmt::format("{}: expected an answer with these effects left out: {}, found {}; answers of one kind "
+                    "only in one folder",
+                    file.string(), Json(left_out).dump(), answer.value("left_out", Json::array()).dump()));
+  return {true, answer.contains("error")};
+}
+
+/// @return false where the answer is an error
+bool answer_case(const fs::path& folder, const fs::path& out, const std::vector<std::string>& left_out) {
+  try {
+    const Plant plant = load_plant(folder / "plant.json");
+    const RecordSet set = load_records(folder / "records.json", plant.input_channels(), plant.output_channels());
+    const Diagnosis diagnosis = diagnose_records(plant, set, catalogue_without(left_out));
+    fs::path retuned = out;
+    write_json(retuned.replace_extension(".retuned.json"), to_json(diagnosis.retuned_plant));
+    // The answer last: where it stands, everything does.
+    write_diagnosis(plant, diagnosis, nullptr, out,
+                    {{"left_out", left_out}, {"retuned_plant", retuned.filename().string()}});
+    return true;
+  } catch (const std::exception& error) {
+    write_json(out, {{"schema", "wheelhop.diagnosis/1"}, {"error", error.what()}, {"left_out", left_out}});
+    return false;
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> chosen_cases(const std::vector<std::string>& all, const std::string& list,
+                                      const std::string& source) {
+  if (list.empty()) return all;
+  std::vector<std::string> chosen;
+  std::vector<bool> wanted(all.size(), false);
+  std::istringstream entries(list);
+  for (std::string entry; std::getline(entries, entry, ',');) {
+    bool fits = false;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (::fnmatch(entry.c_str(), all[i].c_str(), 0) == 0) fits = wanted[i] = true;
+    if (!fits)
+      throw UserError(fmt::format("--cases: expected names or patterns of cases in {} ({} to {}), found \"{}\"", source,
+                                  all.front(), all.back(), entry));
+  }
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (wanted[i]) chosen.push_back(all[i]);
+  return chosen;
+}
+
+int run_blind_run(const BlindRunRequest& request) {
+  const std::vector<std::string> cases =
+      chosen_cases(find_cases(request.folder), request.cases, request.folder.string());
+  const LeftOut left_out = left_out_by(request.leave_out, cases);
+  require_writable_folder(request.out);
+  std::vector<std::string> open;
+  std::atomic<long> errors = 0;
+  for (const std::string& name : cases) {
+    const Found found = find_answer(request.out / (name + ".json"), left_out.at(name));
+    if (!found.answered) open.push_back(name);
+    errors += found.error;
+  }
+  if (const fs::path manifest = request.folder / "manifest.json"; fs::exists(manifest))
+    write_file(request.out / "manifest.json", read_file(manifest));
+
+  const fs::path timing_file = request.out / "timing.json";
+  Json timing = {{"schema", "wheelhop.timing/1"}, {"case_s", Json::object()}};
+  if (fs::exists(timing_file)) timing = parse_json(read_file(timing_file), timing_file.string());
+  std::mutex mutex;
+  std::atomic<std::size_t> next = 0;
+  std::exception_ptr failure;  // of writing: a disk that is full
+  Progress progress("blind run", static_cast<long>(open.size()), request.quiet);
+  const auto answer = [&](const std::string& name) {
+    const auto start = std::chrono::steady_clock::now();
+    if (!answer_case(request.folder / name, request.out / (name + ".json"), left_out.at(name))) ++errors;
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    {
+      const std::lock_guard lock(mutex);
+      timing["case_s"][name] = seconds;
+      write_json(timing_file, timing);
+    }
+    progress.advance();
+  };
+  const auto work = [&] {
+    try {
+      for (std::size_t i = next++; i < open.size(); i = next++) answer(open[i]);
+    } catch (...) {
+      next = open.size();
+      const std::lock_guard lock(mutex);
+      failure = std::current_exception();
+    }
+  };
+  {
+    std::vector<std::jthread> others;
+    for (int i = 1; i < request.jobs; ++i) others.emplace_back(work);
+    work();
+  }
+  if (failure) std::rethrow_exception(failure);
+  std::vector<double> seconds;
+  for (const std::string& name : cases)
+    if (timing["case_s"].contains(name)) seconds.push_back(timing["case_s"][name].get<double>());
+  fmt::print("{} cases: {} answered now, {} before, {} of all are errors; {:.1f} s a case (median)\nwritten: {}\n",
+             cases.size(), open.size(), cases.size() - open.size(), errors.load(), scoring::median(seconds),
+             request.out.string());
+  return errors > 0 ? 1 : 0;
+}
+
+}  // namespace wheelhop

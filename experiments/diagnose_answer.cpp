@@ -1,0 +1,129 @@
+#include "experiments/diagnose_answer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace wheelhop {
+namespace {
+
+std::string percent(const Closure& closure) {
+  return fmt::format("{:.0f} % [{:.0f}, {:.0f}]", 100 * closure.value, 100 * closure.low, 100 * closure.high);
+}
+
+}  // namespace
+
+std::string answer(const Diagnosis& diagnosis) {
+  const double times = std::sqrt(std::max(diagnosis.delivered.misfit - 1, 0.0));
+  const std::string gap = fmt::format("The gap is {:.1f} x the noise.", times);
+  const auto best = [&]() -> const Suspect& { return diagnosis.suspects.front(); };
+  switch (diagnosis.outcome) {
+    case GapOutcome::none:
+      return times < 1 ? "No gap: what the plant leaves is noise, every parameter inside its tolerance."
+                       : gap + " Parameters that differ inside their tolerances explain it; nothing is missing.";
+    case GapOutcome::parameter:
+      return fmt::format("{} {} at {} explains it (P {:.2f}) and removes {} of it.", gap, best().effect,
+                         best().location, best().probability, percent(diagnosis.closure));
+    case GapOutcome::located_not_in_catalogue:
+    case GapOutcome::exogenous: {
+      std::string text =
+          gap + (diagnosis.outcome == GapOutcome::exogenous ? " No state of the plant explains it: a force from outside"
+                                                            : " No effect of the catalogue explains it; it");
+      if (!diagnosis.locations.empty())
+        text += fmt::format(" seems to enter at {} (P {:.2f})", diagnosis.locations.front().location,
+                            diagnosis.locations.front().probability);
+      if (!diagnosis.suspects.empty())
+        text += fmt::format(". The best suspect, {} at {}, removes {} of what re-tuning leaves", best().effect,
+                            best().location, percent(best().closure));
+      return text + ".";
+    }
+    case GapOutcome::insufficient: return "Not enough to tell: " + diagnosis.message + ".";
+    default: break;
+  }
+  std::string names;
+  for (const std::string& name : diagnosis.named) names += (names.empty() ? "" : " and ") + name;
+  std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) removes {} of what re-tuning leaves.", gap,
+                                 diagnosis.locations.front().location, diagnosis.locations.front().probability, names,
+                                 best().probability, percent(diagnosis.closure));
+  for (const std::string& other : diagnosis.ambiguous_with) text += " It could also be " + other + ".";
+  return text;
+}
+
+void print(const Diagnosis& diagnosis) {
+  fmt::print("{}\n", answer(diagnosis));
+  if (!diagnosis.held_out)
+    fmt::print("No record has the role \"validation\": every figure is of the records that were fitted, too kind.\n");
+  fmt::print("\nmean squared error over the noise's, 1 is the floor ({}; {})\n", to_string(diagnosis.floor.source),
+             diagnosis.held_out ? "held-out records" : "fitted records");
+  fmt::print("  as delivered {:10.3f}\n  re-tuned     {:10.3f}   inside the tolerances; removes {:.0f} %\n",
+             diagnosis.delivered.misfit, diagnosis.retuned.misfit, 100 * diagnosis.closure_of_retuning);
+  for (const Suspect& suspect : diagnosis.suspects) {
+    fmt::print("  with {:<38} {:10.3f}   P {:.2f}", suspect.effect + " at " + suspect.location, suspect.misfit,
+               suspect.probability);
+    for (const FittedParameter& parameter : suspect.parameters)
+      fmt::print("  {} = {:.4g} +- {:.2g}", parameter.name.substr(parameter.name.rfind('.') + 1), parameter.value,
+                 parameter.std);
+    fmt::print("\n");
+  }
+  fmt::print("\nwhat one unknown signal would leave, by the place where it enters (1: it explains all)\n");
+  for (const Place& place : diagnosis.places) {
+    fmt::print("  {:<38} {:10.3f}", place.location, place.leftover);
+    for (const std::string& same : place.same) fmt::print("{}{}", &same == &place.same.front() ? "   or " : ", ", same);
+    fmt::print("\n");
+  }
+  fmt::print("\nparameters after re-tuning, in tolerances off\n");
+  for (const FittedParameter& parameter : diagnosis.tolerances)
+    fmt::print("  {:<55} {:6.1f} +- {:.1f}\n", parameter.name, parameter.value, parameter.std);
+}
+
+namespace {
+
+void print_kind(const StageExamination& stage) {
+  if (stage.repeats.known)
+    fmt::print("  {:.0f} % of a record's squared error comes again with the drive\n", 100 * stage.repeats.share);
+  if (stage.drift.significant)
+    fmt::print("  it drifts from the first third of the record to the last: {}{}{} from {:.3g} to {:.3g}\n",
+               stage.drift.kind, stage.drift.channel.empty() ? "" : " of ", stage.drift.channel, stage.drift.first,
+               stage.drift.last);
+  if (stage.lines.known)
+    fmt::print("  by the lines of the drive: {:.0f} % linear{}, {:.0f} % odd, {:.0f} % even\n",
+               100 * stage.lines.linear, stage.lines.odd_apart ? "" : " or odd", 100 * stage.lines.odd,
+               100 * stage.lines.even);
+}
+
+}  // namespace
+
+void print_examination(const Examination& examination) {
+  const int telling = telling_stage(examination);
+  if (telling < 0) return;
+  double whole = 0;  // as delivered, in the bands in which there is any
+  for (const BandShare& band : examination.stages[0].profile.bands) whole += std::max(band.excess, 0.0);
+  if (whole > 0) {
+    fmt::print("\nwhere the gap lies, in per cent of the gap as delivered\n{:>33}{:>12}{:>15}\n", "as delivered",
+               "re-tuned", "with answer");
+    for (std::size_t b = 0; b < examination.stages[0].profile.bands.size(); ++b) {
+      const BandShare& band = examination.stages[0].profile.bands[b];
+      fmt::print("  {:>6.3g} to {:<6.3g} Hz", band.from_hz, band.to_hz);
+      for (const StageExamination& stage : examination.stages)
+        fmt::print("{:12.1f}", stage.ran ? 100 * std::max(stage.profile.bands[b].excess, 0.0) / whole : NAN);
+      fmt::print("\n");
+    }
+  }
+  const StageExamination& stage = examination.stages[static_cast<std::size_t>(telling)];
+  fmt::print("\nwhat kind of gap ({})\n", telling == 0 ? "as delivered" : "re-tuned");
+  for (const RegionShare& region : standing_out(stage.profile))
+    fmt::print("  {:.0f} % of it in {:.0f} % of the time: {} from {:.3g} to {:.3g}\n", 100 * region.share,
+               100 * region.time_share, region.variable, region.from, region.to);
+  print_kind(stage);
+  if (const UnknownSignal& unknown = examination.unknown; unknown.status == Status::ok)
+    fmt::print("  the unknown signal at {}: {:.3g} {} RMS, about {:.2g} of it noise\n", unknown.location, unknown.rms,
+               unknown.unit, unknown.noise_rms);
+  const BeyondEnvelope& beyond = examination.beyond;
+  if (examination.beyond_known && beyond.time_share > 0)
+    fmt::print(
+        "  beyond the travels and rates of the fitted records ({:.1f} % of the time) the answer removes {:.0f} %{}\n",
+        100 * beyond.time_share, 100 * beyond.outside.value, beyond.flagged ? ": do not trust it there" : "");
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,20 @@
+/// \file
+/// What a diagnosis says on the terminal: the answer in one sentence, then tables.
+#pragma once
+
+#include <string>
+
+#include "core/gap/diagnose.hpp"
+#include "core/gap/examine.hpp"
+
+namespace wheelhop {
+
+/// The sentence that a rig engineer reads first.
+std::string answer(const Diagnosis& diagnosis);
+
+/// The sentence, misfits of the stages and suspects, places, and parameters, on stdout.
+void print(const Diagnosis& diagnosis);
+/// Where the gap lies and of what kind it is.
+void print_examination(const Examination& examination);
+
+}  // namespace wheelhop
