@@ -15,9 +15,7 @@ namespace wheelhop {
 namespace {
 
 constexpr double kAssumedNoise = 0.01;  // of the RMS of an output
-constexpr double kCorrelated = 0.9;
-constexpr double kComparable = 0.5;  // share of the best form's size from which a form counts in comparisons
-constexpr double kWorthwhile = 1.5;  // growth of 1 - cosine^2 that is worth another test
+constexpr double kComparable = 0.5;     // share of the best form's size from which a form counts in comparisons
 
 /// The forms of one effect at one place.
 struct Group {
@@ -81,8 +79,6 @@ PlanView view_of(std::string name, const std::vector<Group>& groups, const std::
     }
   return view;
 }
-
-double at(const Matrix& M, std::size_t i, std::size_t j) { return M(static_cast<Index>(i), static_cast<Index>(j)); }
 
 std::vector<Index> first(Index count) {
   std::vector<Index> list(static_cast<std::size_t>(count));
@@ -156,74 +152,7 @@ Bench with_all_sensors(const Plant& plant, std::vector<FitRecord> records,
   return bench;
 }
 
-std::vector<PlanPair> pairs_of(const PlanView& view) {
-  std::vector<PlanPair> pairs;
-  for (std::size_t i = 0; i < view.effects.size(); ++i)
-    for (std::size_t j = i + 1; j < view.effects.size(); ++j) {
-      const double size_i = view.effects[i].size_sigma, size_j = view.effects[j].size_sigma;
-      const double cosine = at(view.cosine, i, j);
-      if (!(size_i >= kMarginal) || !(size_j >= kMarginal) || std::abs(cosine) <= kHard) continue;
-      pairs.push_back({i, j, cosine, std::min(size_i, size_j) * std::sqrt(1 - cosine * cosine)});
-    }
-  std::stable_sort(pairs.begin(), pairs.end(),
-                   [](const PlanPair& a, const PlanPair& b) { return std::abs(a.cosine) > std::abs(b.cosine); });
-  return pairs;
-}
-
-/// 1 - cosine^2 is the share of an effect that the other leaves.
-bool tells_better(double cosine, double than) { return 1 - cosine * cosine > kWorthwhile * (1 - than * than); }
-
-bool shows(const PlanView& view, std::size_t effect) { return view.effects[effect].size_sigma >= kVisible; }
-
-PlanItem judged(PlanView view, const PlanView& planned, const std::vector<PlanPair>& pairs) {
-  PlanItem item{std::move(view), {}, {}, {}};
-  if (!item.view.message.empty()) return item;
-  for (std::size_t i = 0; i < planned.effects.size(); ++i) {
-    if (shows(item.view, i) && !shows(planned, i)) item.shows.push_back(i);
-    if (!shows(item.view, i) && shows(planned, i)) item.hides.push_back(i);
-  }
-  for (std::size_t p = 0; p < pairs.size(); ++p)
-    if (shows(item.view, pairs[p].a) && shows(item.view, pairs[p].b) &&
-        std::abs(at(item.view.cosine, pairs[p].a, pairs[p].b)) <= kHard)
-      item.separates.push_back(p);
-  return item;
-}
-
-void choose_items(Plan& plan) {
-  const auto use = [](const PlanItem& item) {
-    return static_cast<long>(item.shows.size() + item.separates.size()) - static_cast<long>(item.hides.size());
-  };
-  std::stable_sort(plan.menu.begin(), plan.menu.end(), [&](const PlanItem& a, const PlanItem& b) {
-    if (a.view.message.empty() != b.view.message.empty()) return a.view.message.empty();
-    return use(a) > use(b);
-  });
-  for (PlanPair& pair : plan.pairs) {
-    pair.item_cosine = pair.cosine;
-    for (std::size_t i = 0; i < plan.menu.size(); ++i) {
-      const PlanView& view = plan.menu[i].view;
-      if (!view.message.empty() || !shows(view, pair.a) || !shows(view, pair.b)) continue;
-      const double cosine = at(view.cosine, pair.a, pair.b);
-      if (!tells_better(cosine, pair.cosine) || std::abs(cosine) >= std::abs(pair.item_cosine)) continue;
-      pair.item = static_cast<int>(i);
-      pair.item_cosine = cosine;
-    }
-  }
-}
-
 }  // namespace
-
-std::vector<ParameterPair> correlated_parameters(const Plan& plan) {
-  std::vector<ParameterPair> pairs;
-  for (std::size_t i = 0; i < plan.parameters.size(); ++i)
-    for (std::size_t j = i + 1; j < plan.parameters.size(); ++j) {
-      const double correlation = at(plan.planned.parameter_cosine, i, j);
-      if (std::abs(correlation) > kCorrelated) pairs.push_back({i, j, correlation});
-    }
-  std::stable_sort(pairs.begin(), pairs.end(), [](const ParameterPair& a, const ParameterPair& b) {
-    return std::abs(a.correlation) > std::abs(b.correlation);
-  });
-  return pairs;
-}
 
 Status plan_noise(const Plant& plant, std::vector<FitRecord> records, const std::map<std::string, double>& known,
                   Vector& std, std::vector<std::string>& assumed, std::string& message) {
@@ -273,16 +202,15 @@ Plan plan_test(const Plant& plant, const std::vector<FitRecord>& records, Index 
     return view_of(name, groups, candidates, visibility(from, sensors, power, own));
   };
   plan.planned = read("as planned", bench.responses, first(own), 1);
-  plan.pairs = pairs_of(plan.planned);
-  const auto add = [&](PlanView view) { plan.menu.push_back(judged(std::move(view), plan.planned, plan.pairs)); };
+  std::vector<PlanView> menu;
 
   const double more = repeats < 4 ? 4 : 2 * static_cast<double>(repeats);
-  add(read(fmt::format("with {:g} repeats of the drive", more), bench.responses, first(own),
-           more / static_cast<double>(repeats)));
+  menu.push_back(read(fmt::format("with {:g} repeats of the drive", more), bench.responses, first(own),
+                      more / static_cast<double>(repeats)));
   for (std::size_t s = 0; s < bench.sensors.size(); ++s) {
     std::vector<Index> sensors = first(own);
     sensors.push_back(own + static_cast<Index>(s));
-    add(read(bench.sensors[s].name, bench.responses, sensors, 1));
+    menu.push_back(read(bench.sensors[s].name, bench.responses, sensors, 1));
   }
   std::vector<FitRecord> nominal = shortened(plant, records, options.menu_s);
   Vector ignored;
@@ -295,36 +223,16 @@ Plan plan_test(const Plant& plant, const std::vector<FitRecord>& records, Index 
     const Responses seen =
         responses(extended(plant, item.inputs, {}), extended(candidates, item.inputs, {}), std::move(item.records));
     if (seen.status == Status::ok) {
-      add(read(item.name, seen, first(own), 1));
+      menu.push_back(read(item.name, seen, first(own), 1));
     } else {
       PlanView view;
       view.name = item.name;
       view.message = seen.message;
-      add(std::move(view));
+      menu.push_back(std::move(view));
     }
   }
-  choose_items(plan);
+  judge(plan, std::move(menu));
   return plan;
-}
-
-SeparatingTest separating_test(const Plant& plant, const std::vector<FitRecord>& records, const EffectCandidate& a,
-                               const EffectCandidate& b) {
-  // Two forms of one family are asked about as two effects.
-  std::vector<EffectCandidate> both = {a, b};
-  both[0].effect += " (1)";
-  both[1].effect += " (2)";
-  const Plan plan = plan_test(plant, records, 1, both, {.menu_s = 20});
-  SeparatingTest best;
-  if (plan.status != Status::ok) return best;
-  best.planned_cosine = best.cosine = plan.planned.cosine(0, 1);
-  for (const PlanItem& item : plan.menu) {
-    if (!item.view.message.empty() || !shows(item.view, 0) || !shows(item.view, 1)) continue;
-    const double cosine = item.view.cosine(0, 1);
-    if (!tells_better(cosine, best.planned_cosine) || std::abs(cosine) >= std::abs(best.cosine)) continue;
-    best.cosine = cosine;
-    best.test = item.view.name;
-  }
-  return best;
 }
 
 }  // namespace wheelhop

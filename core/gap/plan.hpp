@@ -41,7 +41,7 @@ struct PlanPair {
   std::size_t a = 0, b = 0;  ///< indices into the effects
   double cosine = 0;
   double left_sigma = 0;  ///< RMS that remains where one is taken for the other, over the noise; of the smaller
-  int item = -1;          ///< -1: none shows both with 1 - cosine^2 half as large again
+  int item = -1;          ///< -1: in none do both show and clearly more of one remain beside the other
   double item_cosine = 0;
 };
 
@@ -62,6 +62,9 @@ struct Plan {
   std::vector<PlanPair> pairs;  ///< |cosine| > kHard, neither below kMarginal; most alike first
   std::vector<PlanItem> menu;   ///< most useful first: by effects shown and pairs separated, less effects hidden
 };
+
+/// From views to a judgement: fills the pairs, the menu in its order, and which item tells each pair best.
+void judge(Plan& plan, std::vector<PlanView> menu);
 
 /// Two parameters that the planned test tells together only.
 struct ParameterPair {

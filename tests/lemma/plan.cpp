@@ -181,7 +181,7 @@ TEST_CASE(
   const Plant plant = plant_from(quarter_car_text);
   std::vector<FitRecord> records = drive_of(plant, 0.004, 4, 4);
   const std::vector<EffectCandidate> candidates = some_of(plant, {"damper_asymmetry"});
-  records[0].drive *= 7;
+  records[0].drive *= 14;
   const Plan strong = plan_test(plant, records, 1, candidates);
   REQUIRE(strong.status == Status::ok);
   CHECK_FALSE(strong.menu.back().view.message.empty());
