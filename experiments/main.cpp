@@ -16,6 +16,7 @@
 #include "experiments/generate.hpp"
 #include "experiments/identify.hpp"
 #include "experiments/list.hpp"
+#include "experiments/plan.hpp"
 #include "experiments/render.hpp"
 #include "experiments/reproduce.hpp"
 #include "experiments/simulate.hpp"
@@ -110,6 +111,24 @@ void add_diagnose(CLI::App& app, Arguments& arguments, Run& run) {
     run = [&] {
       return run_diagnose({arguments.system, arguments.records, arguments.out, arguments.page, arguments.quiet});
     };
+  });
+}
+
+void add_plan(CLI::App& app, Arguments& arguments, Run& run) {
+  CLI::App& command = *app.add_subcommand("plan", "before a test: which effects its drive shows, which it confuses");
+  command.add_option("--plant", arguments.system, "plant file with tolerances")->required();
+  command.add_option("--records", arguments.records, "records.json of the planned drives; only the inputs are needed")
+      ->required();
+  command.add_option("--out", arguments.out, "plan to write as JSON");
+  add_quiet(command, arguments);
+  command.footer(
+      "Simulates every effect of `wheelhop list` at typical size and takes away what parameters could do inside their\n"
+      "tolerances. An effect shows if at least one noise level (RMS) is left of it; two effects whose remains have a\n"
+      "|cosine| above 0.85 cannot be told apart. Then the same for a menu: level, band, a slow triangle, ride height,\n"
+      "repeats, one more sensor. The noise is noise_std of the records, else 1 % of each simulated output.\n"
+      "Example:\n  wheelhop plan --plant experiments/configs/paper_plant.json --records out/rig/records.json");
+  command.callback([&] {
+    run = [&] { return run_plan({arguments.system, arguments.records, arguments.out, arguments.quiet}); };
   });
 }
 
@@ -234,6 +253,7 @@ int run_program(int count, char** words) {
   add_simulate(app, arguments, run);
   add_diagnose(app, arguments, run);
   add_blind(app, arguments, run);
+  add_plan(app, arguments, run);
   add_reproduce(app, arguments, run);
   add_report(app, arguments, run);
   require_known_command(app, count, words);

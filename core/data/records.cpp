@@ -171,6 +171,11 @@ std::vector<const Record*> RecordSet::with_role(const std::string& role) const {
 }
 
 RecordSet load_records(const fs::path& file, const std::vector<Channel>& inputs, const std::vector<Channel>& outputs) {
+  return load_records(file, inputs, outputs, {});
+}
+
+RecordSet load_records(const fs::path& file, const std::vector<Channel>& inputs, const std::vector<Channel>& outputs,
+                       const std::vector<Channel>& planned) {
   const JsonCursor cursor = JsonCursor::load(file);
   RecordSet set;
   const JsonCursor rate = cursor.at("sampling_hz");
@@ -184,7 +189,11 @@ RecordSet load_records(const fs::path& file, const std::vector<Channel>& inputs,
   Tables tables(cursor.directory(), inputs, outputs);
   for (const JsonCursor& item : items)
     set.records.push_back(read_record(item, set.sampling_hz, inputs, outputs, tables));
-  if (noise) read_noise(*noise, tables.channel_names(), set.noise_std);
+  if (noise) {
+    std::vector<std::string> known = tables.channel_names();
+    for (const Channel& channel : planned) known.push_back(channel.name);
+    read_noise(*noise, known, set.noise_std);
+  }
   return set;
 }
 

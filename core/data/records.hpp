@@ -40,6 +40,9 @@ struct RecordSet {
 /// `sampling_hz` by 1e-4 of it; the signal carries 1 / sampling_hz. Only the samples inside `range` are checked.
 RecordSet load_records(const std::filesystem::path& file, const std::vector<Channel>& inputs,
                        const std::vector<Channel>& outputs);
+/// The same where `noise_std` may name channels that the files do not hold: a test that is yet to be run.
+RecordSet load_records(const std::filesystem::path& file, const std::vector<Channel>& inputs,
+                       const std::vector<Channel>& outputs, const std::vector<Channel>& planned);
 
 /// Writes one file a record (columns t, inputs, outputs; t begins at 0) and then `records.json`, so that a set that can
 /// be found is complete. Formats follow the endings of the file names; an empty name becomes `record_<number>.csv`.

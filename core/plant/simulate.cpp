@@ -10,6 +10,8 @@
 namespace wheelhop {
 namespace {
 
+constexpr double kMemorySpeed = 1;  // m/s, at which laws with memory are judged: fast travel of a damper
+
 /// Classical Runge-Kutta of fourth order on q' = v, v' = a(q, v, z), z' = g(q, v, z).
 class Stepper {
  public:
@@ -71,6 +73,21 @@ void check_shapes(const Plant& plant, Index memories, ConstMatrixRef drive, cons
         fmt::format("simulate: expected an initial state of {} numbers (positions, velocities) or {} more "
                     "(internal states), found {}",
                     2 * plant.mass_count(), memories, size));
+}
+
+/// Fastest decay [1/s] of an internal state in motion: at rest the yielding of friction with presliding has no rate.
+double fastest_memory(const Plant& plant) {
+  double fastest = 0;
+  for (const Element& element : plant.elements)
+    for (const Law& law : element.laws)
+      for (const double v : {-kMemorySpeed, kMemorySpeed}) {
+        const double yielded[max_law_states] = {std::copysign(1.0, v)};
+        MemorySlopes slopes;
+        if (law.states() == 0 || !law.kind->memory.slopes(law.values, 0, v, yielded, slopes)) continue;
+        for (int i = 0; i < law.states(); ++i)
+          fastest = std::max(fastest, std::abs(slopes.dz_dz[static_cast<std::size_t>(max_law_states * i + i)]));
+      }
+  return fastest;
 }
 
 }  // namespace
@@ -144,7 +161,7 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
 Index stable_substeps(const Plant& plant, Index cap) {
   const LinearPlant model = linearise(plant);
   if (model.A.size() == 0) return 1;
-  const double fastest = eigenvalues(model.A).cwiseAbs().maxCoeff();
+  const double fastest = std::max(eigenvalues(model.A).cwiseAbs().maxCoeff(), fastest_memory(plant));
   const double substeps = std::ceil(fastest / plant.hold_hz() / 2);
   return static_cast<Index>(std::clamp(substeps, 1.0, static_cast<double>(cap)));
 }

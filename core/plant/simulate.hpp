@@ -53,7 +53,8 @@ struct Simulation {
 Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options = {});
 
 /// Substeps with which every pole of the plant linearised at zero lies well inside the stability region of the
-/// integrator, |s| h <= 2, at most `cap`. Smoothed friction is stiffest there; an end stop is not seen. At least 1,
+/// integrator, |s| h <= 2, at most `cap`. Smoothed friction is stiffest there; an end stop is not seen. Internal states
+/// of laws are also judged at 1 m/s: friction with presliding over 0.1 mm is stiff in motion only. At least 1,
 /// also where the plant cannot be linearised. Cost O((2n + s)^3).
 Index stable_substeps(const Plant& plant, Index cap = 1000);
 

@@ -228,6 +228,9 @@ TEST_CASE("stable substeps follow the stiffest law") {
   // d = 40 / 0.001 on 2 kg: a pole at 20000 1/s against 500 Hz.
   CHECK(stable_substeps(stiff) == Approx(21).margin(1));
   CHECK(stable_substeps(stiff, 4) == 4);
+  // Yielding over 0.1 mm at 1 m/s: a state that decays with 10000 1/s in motion, and with nothing at rest.
+  const Plant presliding = one_mass_with({R"({"law": "bouc_wen", "force_n": 40, "yield_travel_m": 1e-4})"});
+  CHECK(stable_substeps(presliding) == 10);
 }
 
 TEST_CASE("parameters outside their range are refused with path and known names") {
