@@ -10,6 +10,7 @@
 
 #include "core/base/json.hpp"
 #include "core/base/status.hpp"
+#include "experiments/blind/make.hpp"
 #include "experiments/diagnose.hpp"
 #include "experiments/generate.hpp"
 #include "experiments/identify.hpp"
@@ -27,6 +28,7 @@ using Run = std::function<int()>;
 struct Arguments {
   bool json = false, quiet = false;
   std::string config, out, records, system, x0 = "auto", folder;
+  BlindMakeRequest blind_make;
   ReproduceRequest reproduce;
   std::string reproduce_config, reproduce_out = "out/reproduce";
 };
@@ -106,6 +108,35 @@ void add_diagnose(CLI::App& app, Arguments& arguments, Run& run) {
   });
 }
 
+void add_blind_make(CLI::App& group, Arguments& arguments, Run& run) {
+  CLI::App& command = *group.add_subcommand("make", "cases whose effect is withheld, with a sealed key");
+  BlindMakeRequest& request = arguments.blind_make;
+  command.add_option("CONFIG", request.config, "sets of cases as JSON, e.g. experiments/configs/blind_singles.json")
+      ->required();
+  command.add_option("--out", request.out, "new folder for the cases and their manifest")->required();
+  command.add_option("--key", request.key, "folder for the key and the truth, outside of --out")->required();
+  command.add_option("--seed", request.seed, "instead of the config's: cases that nobody can make again without it");
+  command.add_option("--jobs", request.jobs, "cases at once (default: all threads); never changes a result")
+      ->check(CLI::Range(1, 4096));
+  add_quiet(command, arguments);
+  command.footer(
+      "The true systems are simulated by a rig of their own, with effects in forms that differ from the catalogue's.\n"
+      "manifest.json holds the SHA-256 of the key: publish it before anyone diagnoses.\n"
+      "Example:\n  wheelhop blind make experiments/configs/blind_smoke.json --out out/blind/cases --key out/blind/key");
+  command.callback([&] {
+    run = [&] {
+      request.quiet = arguments.quiet;
+      return run_blind_make(request);
+    };
+  });
+}
+
+void add_blind(CLI::App& app, Arguments& arguments, Run& run) {
+  CLI::App& group = *app.add_subcommand("blind", "the blind check of the diagnosis: cases whose effect is withheld");
+  group.require_subcommand(1);
+  add_blind_make(group, arguments, run);
+}
+
 void add_report(CLI::App& app, Arguments& arguments, Run& run) {
   CLI::App& command = *app.add_subcommand("report", "draw the figures and the page of a result folder again");
   command.add_option("DIR", arguments.folder, "folder of a reproduction")->required();
@@ -173,6 +204,7 @@ int run_program(int count, char** words) {
   add_identify(app, arguments, run);
   add_simulate(app, arguments, run);
   add_diagnose(app, arguments, run);
+  add_blind(app, arguments, run);
   add_reproduce(app, arguments, run);
   add_report(app, arguments, run);
   require_known_command(app, count, words);

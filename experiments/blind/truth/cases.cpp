@@ -64,7 +64,8 @@ void add_wanted(const JsonCursor& item, const std::vector<EffectKind>& kinds, co
     }
     if (place.empty() && !kind.places(plan).empty()) wanted.push_back({&kind, ""}), found = true;
   }
-  if (std::find(known.begin(), known.end(), name) == known.end()) item.fail("an effect (known: " + join_names(known) + ")");
+  if (std::find(known.begin(), known.end(), name) == known.end())
+    item.fail("an effect (known: " + join_names(known) + ")");
   if (!found) item.fail("an effect at a place of this plant (known places: " + join_names(places) + ")");
 }
 
@@ -99,8 +100,10 @@ Set read_set(const JsonCursor& cursor, bool truth) {
   set.noises = names(cursor, "noise", {"white", "coloured"}, {"white"});
   set.seeds = cursor.integer("seeds", 1, 1, 100000);
   common.drive.rms = cursor.number("level", common.drive.rms, {.low = 1e-12});
-  std::tie(common.drive.from_hz, common.drive.to_hz) = interval(cursor, "band_hz", {0.3, 25}, {.low = 0.05, .high = 90});
-  std::tie(common.noise_low, common.noise_high) = interval(cursor, "noise_relative", {0.01, 0.02}, {.low = 1e-6, .high = 1});
+  std::tie(common.drive.from_hz, common.drive.to_hz) =
+      interval(cursor, "band_hz", {0.3, 25}, {.low = 0.05, .high = 90});
+  std::tie(common.noise_low, common.noise_high) =
+      interval(cursor, "noise_relative", {0.01, 0.02}, {.low = 1e-6, .high = 1});
   common.samples = cursor.integer("samples", common.samples, 200, 10000000);
   cursor.done();
   return set;
@@ -121,7 +124,8 @@ std::vector<Wanted> pair_of(const Set& set, bool same_place, Random& random) {
   };
   for (int attempt = 0; attempt < 1000; ++attempt) {
     const Wanted first = draw(), second = draw();
-    if (first.kind->effect != second.kind->effect && (first.place == second.place) == same_place) return {first, second};
+    if (first.kind->effect != second.kind->effect && (first.place == second.place) == same_place)
+      return {first, second};
   }
   throw UserError("set \"" + set.common.set + "\": expected effects of which two can stand together");
 }

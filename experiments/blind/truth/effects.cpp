@@ -8,8 +8,7 @@ namespace wheelhop::blind {
 const std::vector<EffectKind>& effect_kinds(Family family) {
   static const std::vector<EffectKind> catalogue = [] {
     std::vector<EffectKind> all;
-    for (const auto& kinds :
-         {strut_kinds(), damper_kinds(), tyre_kinds(), mass_kinds(), drive_kinds(), sensor_kinds()})
+    for (const auto& kinds : {strut_kinds(), damper_kinds(), tyre_kinds(), mass_kinds(), drive_kinds(), sensor_kinds()})
       all.insert(all.end(), kinds.begin(), kinds.end());
     return all;
   }();

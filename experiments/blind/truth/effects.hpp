@@ -16,10 +16,10 @@ struct Surroundings {
   const Plan* plan = nullptr;
   Vector theta;  ///< true parameters
   std::vector<Extent> elements, masses;
-  Vector sensor_rms, sensor_std;     ///< p; the second about the mean
+  Vector sensor_rms, sensor_std;       ///< p; the second about the mean
   Vector input_peak, input_speed_rms;  ///< m, over the record
-  Vector static_load_n;              ///< by element
-  double band_hz = 25;               ///< highest frequency of the drive
+  Vector static_load_n;                ///< by element
+  double band_hz = 25;                 ///< highest frequency of the drive
   double duration_s = 40;
 };
 

@@ -38,7 +38,8 @@ struct BlowOff final : Attachment {
   double first = 0, second = 0, loss = 0;
   void act(double, double, double v, const double*, double*, Forces& forces) const override {
     const double speed = std::abs(v);
-    const double lost = 0.5 * loss * std::max(0.0, std::min(speed, second) - first) + loss * std::max(0.0, speed - second);
+    const double lost =
+        0.5 * loss * std::max(0.0, std::min(speed, second) - first) + loss * std::max(0.0, speed - second);
     forces.damper -= forces.base->damping * std::copysign(lost, v);
   }
 };

@@ -51,9 +51,8 @@ std::optional<Formed> lag(const Surroundings& rig, const std::string& place, Ran
 
 std::optional<Formed> delay(const Surroundings& rig, const std::string& place, Random&) {
   const Index i = input_at(*rig.plan, place);
-  return Formed{1e-6, 0.5 / rig.band_hz, [=](double size) {
-                  return drive_effect({.input = i, .delay_s = size, .change = {}}, size, "s");
-                }};
+  return Formed{1e-6, 0.5 / rig.band_hz,
+                [=](double size) { return drive_effect({.input = i, .delay_s = size, .change = {}}, size, "s"); }};
 }
 
 std::optional<Formed> drive_gain(const Surroundings& rig, const std::string& place, Random& random) {
@@ -124,7 +123,8 @@ std::optional<Formed> sensor_gain(const Surroundings& rig, const std::string& pl
   const Index i = sensor_at(*rig.plan, place);
   const double sign = either_sign(random);
   return Formed{1e-4, 0.4, [=](double size) {
-                  return sensor_effect([=](Matrix& y, Index, double) { y.row(i) *= 1 + sign * size; }, sign * size, "-");
+                  return sensor_effect([=](Matrix& y, Index, double) { y.row(i) *= 1 + sign * size; }, sign * size,
+                                       "-");
                 }};
 }
 
@@ -132,8 +132,8 @@ std::optional<Formed> bias(const Surroundings& rig, const std::string& place, Ra
   const Index i = sensor_at(*rig.plan, place);
   const double sign = either_sign(random), level = rig.sensor_std(i);
   return Formed{1e-4 * level, level, [=, unit = unit_of(rig, i)](double size) {
-                  return sensor_effect([=](Matrix& y, Index, double) { y.row(i).array() += sign * size; },
-                                       sign * size, unit);
+                  return sensor_effect([=](Matrix& y, Index, double) { y.row(i).array() += sign * size; }, sign * size,
+                                       unit);
                 }};
 }
 

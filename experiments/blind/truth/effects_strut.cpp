@@ -36,13 +36,14 @@ std::optional<Formed> friction(const Surroundings& rig, const std::string& place
                   f.breakaway = stick_share * size;
                   f.stribeck_speed = speed;
                   f.bristle = size / presliding;
-                  f.bristle_damping = 0.3 * presliding / motion.rms * f.bristle * motion.rms / motion.speed_rms;
+                  f.bristle_damping = 0.3 * size / motion.speed_rms;
                   return on_element(e, f, size, "N");
                 }};
 }
 
 /// Iwan's hysteresis: springs, each with a slider of its own limit (Jenkins elements). Between two accepted steps the
-/// travel is monotone, so that each slider's spring is exactly the clamped sum of its last stretch and the travel since.
+/// travel is monotone, so that each slider's spring is exactly the clamped sum of its last stretch and the travel
+/// since.
 struct Iwan final : Attachment {
   static constexpr std::size_t count = 6;
   std::array<double, count> stiffness = {}, yield = {}, stretch = {};

@@ -58,8 +58,10 @@ BaseLaws base_laws(const Plan& plan, const Vector& theta, Index element) {
 Equations::Equations(const Plan& plan, const Vector& theta, const std::vector<Mount>& mounts)
     : plan_(plan), n_(plan.mass_count()), size_(2 * n_), masses_(theta.head(n_)), on_mass_(plan.masses.size()) {
   for (std::size_t e = 0; e < plan.elements.size(); ++e)
-    elements_.push_back({static_cast<std::size_t>(plan.elements[e].from), static_cast<std::size_t>(plan.elements[e].to),
-                         base_laws(plan, theta, static_cast<Index>(e)), {}});
+    elements_.push_back({static_cast<std::size_t>(plan.elements[e].from),
+                         static_cast<std::size_t>(plan.elements[e].to),
+                         base_laws(plan, theta, static_cast<Index>(e)),
+                         {}});
   for (const Mount& mount : mounts) {
     Mounted mounted{mount.make(), size_};
     size_ += mounted.attachment->states();

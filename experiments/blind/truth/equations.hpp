@@ -17,8 +17,12 @@ class Equations {
   void accept(double t, const Vector& state);
   /// Of the state and rate at which `rates` was called last.
   void outputs(double* y) const;
-  double travel(std::size_t element) const { return position_[elements_[element].to] - position_[elements_[element].from]; }
-  double travel_rate(std::size_t element) const { return speed_[elements_[element].to] - speed_[elements_[element].from]; }
+  double travel(std::size_t element) const {
+    return position_[elements_[element].to] - position_[elements_[element].from];
+  }
+  double travel_rate(std::size_t element) const {
+    return speed_[elements_[element].to] - speed_[elements_[element].from];
+  }
 
  private:
   struct Mounted {

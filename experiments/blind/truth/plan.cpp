@@ -39,8 +39,8 @@ struct Reader {
   }
 
   PlanLaw law(const JsonCursor& cursor, const std::string& element) {
-    const std::string name = cursor.at("law").one_of(
-        {"linear_spring", "hardening_spring", "polynomial_spring", "viscous_damper"});
+    const std::string name =
+        cursor.at("law").one_of({"linear_spring", "hardening_spring", "polynomial_spring", "viscous_damper"});
     const double tolerance = cursor.number("tolerance", default_tolerance, {.low = 0, .high = 1});
     const auto add = [&](const char* key, Quantity quantity) {
       return parameter(element, quantity, cursor.at(key).number(), tolerance);
@@ -58,7 +58,8 @@ struct Reader {
     } else {
       result.shape = LawShape::polynomial_spring;
       for (const double c : cursor.at("coefficients").numbers())
-        result.at.push_back(parameter(element, result.at.empty() ? Quantity::stiffness : Quantity::shape, c, tolerance));
+        result.at.push_back(
+            parameter(element, result.at.empty() ? Quantity::stiffness : Quantity::shape, c, tolerance));
     }
     cursor.done();
     return result;
@@ -111,8 +112,7 @@ Plan read_plan(const JsonCursor& cursor) {
   plan.nodes.push_back({"ground", {}, -1});
   if (const auto list = cursor.find("points")) reader.points(*list);
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    if (plan.inputs[i].is_force)
-      std::tie(plan.inputs[i].from, plan.inputs[i].to) = reader.ends(inputs[i], "on");
+    if (plan.inputs[i].is_force) std::tie(plan.inputs[i].from, plan.inputs[i].to) = reader.ends(inputs[i], "on");
     inputs[i].done();
   }
   for (const JsonCursor& item : cursor.at("elements").items()) {
@@ -172,7 +172,8 @@ Vector static_loads(const Plan& plan) {
   Vector driven = Vector::Zero(elements), stiffness = Vector::Zero(elements);
   for (Index e = 0; e < elements; ++e) {
     const PlanElement& element = plan.elements[static_cast<std::size_t>(e)];
-    for (const auto& [mass, weight] : plan.nodes[static_cast<std::size_t>(element.to)].weights) strain(e, mass) += weight;
+    for (const auto& [mass, weight] : plan.nodes[static_cast<std::size_t>(element.to)].weights)
+      strain(e, mass) += weight;
     for (const auto& [mass, weight] : plan.nodes[static_cast<std::size_t>(element.from)].weights)
       strain(e, mass) -= weight;
     const bool upward = plan.nodes[static_cast<std::size_t>(element.from)].input >= 0;

@@ -29,8 +29,8 @@ Surroundings surroundings(const TrueSystem& plain, const Observation& seen, cons
   rig.sensor_rms = (seen.clean.rowwise().squaredNorm() / count).cwiseSqrt();
   rig.sensor_std = ((seen.clean.colwise() - mean).rowwise().squaredNorm() / count).cwiseSqrt();
   rig.input_peak = seen.command.cwiseAbs().rowwise().maxCoeff();
-  const Matrix speed = (seen.command.rightCols(seen.command.cols() - 1) -
-                        seen.command.leftCols(seen.command.cols() - 1)) * record_hz;
+  const Matrix speed =
+      (seen.command.rightCols(seen.command.cols() - 1) - seen.command.leftCols(seen.command.cols() - 1)) * record_hz;
   rig.input_speed_rms = (speed.rowwise().squaredNorm() / count).cwiseSqrt();
   rig.static_load_n = static_loads(*spec.plan);
   rig.band_hz = spec.drive.name == "band_limited_10hz" ? 10 : spec.drive.to_hz;
@@ -38,11 +38,14 @@ Surroundings surroundings(const TrueSystem& plain, const Observation& seen, cons
   return rig;
 }
 
-/// Finds the size at which `gap` is `target`; at most 14 calls. The gap grows with the size, often in proportion.
+/// How near, as a ratio, a search comes to its target.
+constexpr double search_ratio = 1.05;
+
 struct Search {
   double size = 0, gap = 0;  ///< best found
 };
 
+/// Finds the size at which `gap` is `target`; at most 14 calls. The gap grows with the size, often in proportion.
 template <class Gap>
 Search find_size(double smallest, double largest, double target, Gap gap) {
   double low = smallest, high = largest, size = std::sqrt(smallest * largest);
@@ -52,7 +55,7 @@ Search find_size(double smallest, double largest, double target, Gap gap) {
     const double found = gap(size);
     if (best.size == 0 || std::abs(std::log(found / target)) < std::abs(std::log(best.gap / target)))
       best = {size, found};
-    if (std::abs(std::log(found / target)) < 0.05) break;
+    if (std::abs(std::log(found / target)) < std::log(search_ratio)) break;
     if (found < target) {
       if (size >= largest) break;  // even the largest is too weak
       low = size;
@@ -75,17 +78,17 @@ class Preparation {
   explicit Preparation(const CaseSpec& spec) : random_(spec.seed, Stream::parameters, spec.number, 1) {
     done_.spec = spec;
     done_.system.plan = spec.plan.get();
-    commands_ = commands_of(spec, Realisation::estimation);
     options_ = {.samples = spec.samples, .accuracy = search_accuracy};
+    playback_ = play(*spec.plan, commands_of(spec, Realisation::estimation), options_);
   }
 
   Prepared run() {
     draw_parameters();
-    base_ = observe(done_.system, commands_, options_);
+    base_ = observe(done_.system, playback_, options_);
     rig_ = surroundings(done_.system, base_, done_.spec);
     done_.noise_relative = between(random_, done_.spec.noise_low, done_.spec.noise_high);
     done_.noise_std = done_.noise_relative * rig_.sensor_std;
-    retuning_.emplace(done_.system, commands_, options_, base_.clean, done_.noise_std, off_);
+    retuning_.emplace(done_.system, playback_, options_, base_.clean, done_.noise_std, off_);
     TrueSystem with_effects = done_.system;
     for (const Wanted& wanted : done_.spec.effects) {
       const std::optional<Formed> formed = wanted.kind->form_at(rig_, wanted.place, random_);
@@ -95,7 +98,7 @@ class Preparation {
         continue;
       }
       const Range range = gap_range(done_.spec.strength_class);
-      const double target = log_between(random_, range.low, range.high);
+      const double target = log_between(random_, range.low * search_ratio, range.high / search_ratio);
       const Search found = find_size(formed->smallest, formed->largest, target,
                                      [&](double size) { return gap_of({formed->at_size(size)}); });
       if (!(found.gap >= range.low && found.gap <= range.high))
@@ -124,7 +127,7 @@ class Preparation {
   Matrix change_by(const std::vector<TrueEffect>& effects) const {
     TrueSystem system = done_.system;
     system.effects = effects;
-    Matrix y = observe(system, commands_, options_).clean;
+    Matrix y = observe(system, playback_, options_).clean;
     convert(system, y);
     return y - base_.clean;
   }
@@ -150,8 +153,8 @@ class Preparation {
 
   Prepared done_;
   Random random_;
-  std::vector<Command> commands_;
   ObserveOptions options_;
+  Playback playback_;
   Vector off_;
   Observation base_;
   Surroundings rig_;

@@ -15,7 +15,8 @@ enum class NoiseOf : std::uint64_t { est_1 = 1, est_2 = 2, val = 3 };
 Observation seen_in(const Prepared& prepared, Realisation realisation, Index samples) {
   // Epochs keep what is not tied to the drive apart between records.
   const double epoch_s = 1000.0 * static_cast<double>(realisation);
-  return observe(prepared.system, commands_of(prepared.spec, realisation), {.samples = samples, .epoch_s = epoch_s});
+  const ObserveOptions options{.samples = samples, .epoch_s = epoch_s};
+  return observe(prepared.system, play(*prepared.spec.plan, commands_of(prepared.spec, realisation), options), options);
 }
 
 void add_noise(const Prepared& prepared, NoiseOf record, Matrix& y) {

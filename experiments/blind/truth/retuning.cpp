@@ -4,8 +4,8 @@
 
 namespace wheelhop::blind {
 
-Retuning::Retuning(const TrueSystem& plain, const std::vector<Command>& commands, const ObserveOptions& options,
-                   const Matrix& base, const Vector& sigma, const Vector& off)
+Retuning::Retuning(const TrueSystem& plain, const Playback& playback, const ObserveOptions& options, const Matrix& base,
+                   const Vector& sigma, const Vector& off)
     : sigma_(sigma), off_(off), tangents_(base.size(), off.size()) {
   constexpr double step = 0.5;
   for (Index i = 0; i < off.size(); ++i) {
@@ -17,7 +17,7 @@ Retuning::Retuning(const TrueSystem& plain, const std::vector<Command>& commands
     }
     TrueSystem moved = plain;
     moved.theta(i) += change;
-    tangents_.col(i) = scaled(observe(moved, commands, options).clean - base) / step;
+    tangents_.col(i) = scaled(observe(moved, playback, options).clean - base) / step;
   }
   normal_.compute(tangents_.transpose() * tangents_ + Matrix::Identity(off.size(), off.size()));
 }

@@ -13,8 +13,8 @@ class Retuning {
   /// Tangents of the outputs in tolerances, by forward differences of half a tolerance about the true parameters.
   /// @param base outputs without effect   @param sigma p standard deviations of the noise
   /// @param off true parameters in tolerances off the delivered ones, as drawn
-  Retuning(const TrueSystem& plain, const std::vector<Command>& commands, const ObserveOptions& options,
-           const Matrix& base, const Vector& sigma, const Vector& off);
+  Retuning(const TrueSystem& plain, const Playback& playback, const ObserveOptions& options, const Matrix& base,
+           const Vector& sigma, const Vector& off);
 
   /// min over c of |change + T c|^2 + |off - c|^2 (the last: the prior about the delivered values), as RMS over the
   /// noise's. @param change p x N of the outputs

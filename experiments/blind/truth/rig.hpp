@@ -72,8 +72,8 @@ struct Run {
 };
 
 struct RunOptions {
-  Index lead = 0;          ///< samples before t = 0
-  double epoch_s = 0;      ///< added to the time that effects see: what is not tied to the drive differs between records
+  Index lead = 0;      ///< samples before t = 0
+  double epoch_s = 0;  ///< added to the time that effects see: what is not tied to the drive differs between records
   double accuracy = 1e-8;  ///< error of a step, relative to the largest value a state has had
 };
 

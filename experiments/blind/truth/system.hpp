@@ -27,8 +27,15 @@ struct Observation {
   std::vector<Extent> elements, masses;
 };
 
-/// @param commands one an input. RigFailure as `run_rig`.
-Observation observe(const TrueSystem& system, const std::vector<Command>& commands, const ObserveOptions& options);
+/// The commands of one record, and their samples at the hold rate, which every run without a drive path shares.
+struct Playback {
+  std::vector<Command> commands;  ///< one an input
+  Matrix held;                    ///< m x (lead + record)
+};
+Playback play(const Plan& plan, std::vector<Command> commands, const ObserveOptions& options);
+
+/// @param playback made with the same lead and samples. RigFailure as `run_rig`.
+Observation observe(const TrueSystem& system, const Playback& playback, const ObserveOptions& options);
 
 /// Rounds to the converter steps of the effects.
 void convert(const TrueSystem& system, Matrix& y);
