@@ -10,6 +10,7 @@
 
 #include "core/base/json.hpp"
 #include "core/base/status.hpp"
+#include "experiments/blind/make.hpp"
 #include "experiments/blind/run.hpp"
 #include "experiments/blind/score.hpp"
 #include "experiments/diagnose.hpp"
@@ -30,6 +31,7 @@ using Run = std::function<int()>;
 struct Arguments {
   bool json = false, quiet = false;
   std::string config, out, records, system, x0 = "auto", folder, page;
+  BlindMakeRequest blind_make;
   ReproduceRequest reproduce;
   std::string reproduce_config, reproduce_out = "out/reproduce";
   BlindRunRequest blind_run;
@@ -132,6 +134,29 @@ void add_plan(CLI::App& app, Arguments& arguments, Run& run) {
   });
 }
 
+void add_blind_make(CLI::App& group, Arguments& arguments, Run& run) {
+  CLI::App& command = *group.add_subcommand("make", "cases whose effect is withheld, with a sealed key");
+  BlindMakeRequest& request = arguments.blind_make;
+  command.add_option("CONFIG", request.config, "sets of cases as JSON, e.g. experiments/configs/blind_singles.json")
+      ->required();
+  command.add_option("--out", request.out, "new folder for the cases and their manifest")->required();
+  command.add_option("--key", request.key, "folder for the key and the truth, outside of --out")->required();
+  command.add_option("--seed", request.seed, "instead of the config's: cases that nobody can make again without it");
+  command.add_option("--jobs", request.jobs, "cases at once (default: all threads); never changes a result")
+      ->check(CLI::Range(1, 4096));
+  add_quiet(command, arguments);
+  command.footer(
+      "The true systems are simulated by a rig of their own, with effects in forms that differ from the catalogue's.\n"
+      "manifest.json holds the SHA-256 of the key: publish it before anyone diagnoses.\n"
+      "Example:\n  wheelhop blind make experiments/configs/blind_smoke.json --out out/blind/cases --key out/blind/key");
+  command.callback([&] {
+    run = [&] {
+      request.quiet = arguments.quiet;
+      return run_blind_make(request);
+    };
+  });
+}
+
 void add_report(CLI::App& app, Arguments& arguments, Run& run) {
   CLI::App& command = *app.add_subcommand("report", "draw the figures and the page of a result again");
   command.add_option("RESULT", arguments.folder, "folder of a reproduction, or a diagnosis file")->required();
@@ -220,6 +245,7 @@ void add_blind_score(CLI::App& blind, Arguments& arguments, Run& run) {
 void add_blind(CLI::App& app, Arguments& arguments, Run& run) {
   CLI::App& command = *app.add_subcommand("blind", "a test with withheld effects: how good is the diagnosis?");
   command.require_subcommand(1);
+  add_blind_make(command, arguments, run);
   add_blind_run(command, arguments, run);
   add_blind_score(command, arguments, run);
 }

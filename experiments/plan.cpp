@@ -124,10 +124,12 @@ int run_plan(const PlanRequest& request) {
   plan.status = plan_noise(plant, planned.records, set.noise_std, noise, assumed, plan.message);
   if (plan.status == Status::ok) {
     for (FitRecord& record : planned.records) record.weight_std = record.weight_std.cwiseProduct(noise).eval();
-    plan =
-        plan_test(plant, planned.records, planned.repeats, effect_candidates(plant), {}, [&](const std::string& what) {
-          if (!request.quiet) std::fprintf(stderr, "plan: %s\n", what.c_str());
-        });
+    Operation operation;
+    operation_of(plant, planned.records, {}, operation);
+    plan = plan_test(plant, planned.records, planned.repeats, effect_candidates(plant, operation), {},
+                     [&](const std::string& what) {
+                       if (!request.quiet) std::fprintf(stderr, "plan: %s\n", what.c_str());
+                     });
   }
   if (plan.status != Status::ok) {
     std::fprintf(stderr, "wheelhop: the plant cannot follow the planned drives: %s\n", plan.message.c_str());

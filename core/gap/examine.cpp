@@ -37,7 +37,7 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
   if (floor.source == FloorSource::repeats) bands.noise_shares = noise_shares(set, bands.band_edges_hz);
   for (std::size_t s = 0; s < plants.size(); ++s) {
     StageExamination& stage = out.stages[s];
-    stage.fit = fit_plant(plants[s], {}, out.records, solver, options.iterations);
+    stage.fit = fit_plant(plants[s], {}, out.records, solver, {options.iterations});
     stage.ran = stage.fit.error.size() == out.records.size();
     if (!stage.ran) continue;
     stage.motion = trajectories(stage.fit, out.records);
@@ -48,7 +48,7 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
   }
   if (!place.empty()) {
     const std::vector<FitRecord> first = {out.records.front()};
-    const PlantFit fit = fit_plant(bare, {}, first, solver, options.iterations);
+    const PlantFit fit = fit_plant(bare, {}, first, solver, {options.iterations});
     if (!fit.error.empty()) {
       out.unknown = unknown_signal(fit, first, 0, place);
       out.unknown_motion = trajectories(fit, first).front();
@@ -56,7 +56,7 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
     }
   }
   if (!out.held_out || fitted.empty() || !out.stages[1].ran || !out.stages[2].ran) return out;
-  const PlantFit training = fit_plant(plants[2], {}, fitted, solver, options.iterations);
+  const PlantFit training = fit_plant(plants[2], {}, fitted, solver, {options.iterations});
   if (training.error.size() != fitted.size()) return out;
   out.beyond_known = true;
   out.beyond = beyond_envelope(out.stages[1].fit, out.stages[2].fit, out.records,

@@ -28,12 +28,17 @@ struct ElementRanges {
 };
 
 bool visit_record(const Plant& plant, const FitRecord& record, const Vector& initial_state,
-                  std::vector<ElementRanges>& ranges) {
-  const Simulation run = simulate_measured(plant, record.drive,
-                                           {.substeps = stable_substeps(plant),
-                                            .decimation = record.ratio,
-                                            .initial_state = whole_state(plant, initial_state)});
+                  std::vector<ElementRanges>& ranges, Vector& output_rms) {
+  const Simulation run =
+      simulate_measured(plant, record.drive,
+                        {.substeps = stable_substeps(plant),
+                         .decimation = record.ratio,
+                         .from_equilibrium = initial_state.size() == 0,
+                         .initial_state = initial_state.size() == 0 ? Vector() : whole_state(plant, initial_state)});
   if (run.status != Status::ok) return false;
+  for (Index j = 0; j < output_rms.size(); ++j)
+    output_rms(j) =
+        std::max(output_rms(j), std::sqrt((run.outputs.row(j).array() - run.outputs.row(j).mean()).square().mean()));
   const Matrix felt = decimate(apply_drive_paths(plant, record.drive, 0), record.ratio);
   const Index n = plant.mass_count();
   const double sample_s = static_cast<double>(record.ratio) / plant.hold_hz();
@@ -67,16 +72,13 @@ bool operation_of(const Plant& plant, const std::vector<FitRecord>& records, con
   operation.output_rms = operation.output_quantum = Vector::Zero(p);
   for (std::size_t i = 0; i < records.size(); ++i) {
     const FitRecord& record = records[i];
-    if (!visit_record(plant, record, initial_states[i], ranges)) return false;
+    const Vector start = initial_states.empty() ? Vector() : initial_states[i];
+    if (!visit_record(plant, record, start, ranges, operation.output_rms)) return false;
     const Index N = record.drive.cols();
     operation.drive_peak = operation.drive_peak.cwiseMax(record.drive.cwiseAbs().rowwise().maxCoeff());
     operation.drive_rate_peak = operation.drive_rate_peak.cwiseMax(
         plant.hold_hz() *
         (record.drive.rightCols(N - 1) - record.drive.leftCols(N - 1)).cwiseAbs().rowwise().maxCoeff());
-    for (Index j = 0; j < p; ++j) {
-      const Vector y = record.y.row(j).transpose();
-      operation.output_rms(j) = std::max(operation.output_rms(j), std::sqrt((y.array() - y.mean()).square().mean()));
-    }
     if (record.quantum.size() == p) operation.output_quantum = operation.output_quantum.cwiseMax(record.quantum);
   }
   for (const ElementRanges& own : ranges)

@@ -21,11 +21,11 @@ struct Operation {
   std::vector<ElementOperation> elements;
   Vector drive_peak;       ///< m, largest |u| [unit of the input]
   Vector drive_rate_peak;  ///< m, largest |u_k - u_{k-1}| over the hold time [unit/s]
-  Vector output_rms;       ///< p, about the mean, of what was measured
+  Vector output_rms;       ///< p, about the mean, as simulated
   Vector output_quantum;   ///< p, step of the lattice that the measured values lie on; 0: none found
 };
 
-/// @param initial_states as of a fit of these records. False if a simulation fails.
+/// @param initial_states as of a fit of these records; none: from rest in equilibrium. False if a simulation fails.
 /// Cost: one simulation of every record, and a sort of every channel.
 bool operation_of(const Plant& plant, const std::vector<FitRecord>& records, const std::vector<Vector>& initial_states,
                   Operation& operation);

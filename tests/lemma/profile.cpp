@@ -172,7 +172,7 @@ TEST_CASE("trajectories: travel and rate are those of the simulation, a rate the
     record.drive(0, k) = 0.01 * std::sin(2 * std::numbers::pi * 1.5 * 1e-3 * static_cast<double>(k));
   const GeneratedRecord made = generate_record(plant, record.drive, 200);
   record.y = made.signal.y;
-  const PlantFit fit = fit_plant(plant, {}, {record}, *make_levenberg_marquardt({}), 4);
+  const PlantFit fit = fit_plant(plant, {}, {record}, *make_levenberg_marquardt({}), {4});
   const Trajectory motion = trajectories(fit, {record}).front();
   REQUIRE(motion.travel.rows() == 2);
   const Index settled = 400;  // samples

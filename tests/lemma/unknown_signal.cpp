@@ -39,7 +39,7 @@ struct Run {
     const Vector floor = noise * made.signal.y.rowwise().norm() / std::sqrt(static_cast<double>(kSamples));
     records.push_back({drive.topRows(nominal.input_count()), made.signal.y, kRatio, 0, floor});
     records[0].y += floor.asDiagonal() * random.normal(floor.size(), kSamples);
-    fit = fit_plant(nominal, {}, records, *make_levenberg_marquardt({}), 6);
+    fit = fit_plant(nominal, {}, records, *make_levenberg_marquardt({}), {6});
     REQUIRE(fit.error.size() == 1);
   }
   Vector at(const std::string& place) const {
@@ -87,7 +87,7 @@ TEST_CASE("a missing damper reads its coefficient times the rate of its element"
   const Run run(nominal, truth, smooth(1, 0.003, random), 0.005);
   const Vector force = inner(run.at("suspension"));
   // Its own rate, that of the plant with the damper.
-  PlantFit true_fit = fit_plant(truth, {}, run.records, *make_levenberg_marquardt({}), 6);
+  PlantFit true_fit = fit_plant(truth, {}, run.records, *make_levenberg_marquardt({}), {6});
   const Vector rate = inner(trajectories(true_fit, run.records)[0].rate.row(0).transpose());
   CHECK(force.dot(rate) / rate.squaredNorm() == Approx(120).epsilon(0.1));
   CHECK(force.dot(rate) / force.norm() / rate.norm() > 0.97);

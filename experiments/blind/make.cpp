@@ -1,0 +1,138 @@
+#include "experiments/blind/make.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <numeric>
+
+#include "core/base/files.hpp"
+#include "core/base/status.hpp"
+#include "experiments/blind/truth/records.hpp"
+#include "experiments/blind/truth/sha256.hpp"
+#include "experiments/progress.hpp"
+
+namespace wheelhop {
+namespace fs = std::filesystem;
+namespace {
+
+using blind::CaseSpec;
+using blind::Prepared;
+
+Json effects_json(const Prepared& prepared) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < prepared.spec.effects.size(); ++i) {
+    const blind::Wanted& wanted = prepared.spec.effects[i];
+    Json item = {{"effect", wanted.kind->effect},
+                 {"location", wanted.place},
+                 {"in_catalogue", wanted.kind->effect != "unknown"},
+                 {"form", wanted.kind->form}};
+    if (i < prepared.system.effects.size()) {
+      item["strength"] = prepared.system.effects[i].strength;
+      item["unit"] = prepared.system.effects[i].unit;
+    }
+    list.push_back(std::move(item));
+  }
+  return list;
+}
+
+Json entry(const Prepared& prepared, Json name) {
+  const CaseSpec& spec = prepared.spec;
+  const bool reachable = prepared.unreachable.empty();
+  Json out = {{"case", std::move(name)},
+              {"set", spec.set},
+              {"class", spec.case_class},
+              {"plant", spec.plan->name},
+              {"drive", spec.drive.name},
+              {"coloured", spec.coloured},
+              {"noise", prepared.noise_relative},
+              {"strength_class", !reachable                    ? "unreachable"
+                                 : spec.strength_class.empty() ? "none"
+                                                               : spec.strength_class}};
+  if (reachable) {
+    out["gap_sigma"] = prepared.gap_sigma;
+    out["gap_delivered_sigma"] = prepared.delivered_sigma;
+  } else {
+    out["why"] = prepared.unreachable;
+  }
+  out["effects"] = effects_json(prepared);
+  return out;
+}
+
+bool lies_inside(const fs::path& inner, const fs::path& outer) {
+  const fs::path a = fs::weakly_canonical(fs::absolute(inner) / ""), b = fs::weakly_canonical(fs::absolute(outer) / "");
+  // The last part of a path that ends in a slash is empty.
+  return std::mismatch(b.begin(), std::prev(b.end()), a.begin(), a.end()).first == std::prev(b.end());
+}
+
+void require_empty(const fs::path& folder) {
+  require_writable_folder(folder);
+  if (!fs::is_empty(folder)) throw UserError(folder.string() + ": expected a new or empty folder for the cases");
+}
+
+/// Positions of the cases that exist, in an order that tells nothing of their kind.
+std::vector<std::size_t> shuffled(const std::vector<Prepared>& prepared, std::uint64_t seed) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < prepared.size(); ++i)
+    if (prepared[i].unreachable.empty()) order.push_back(i);
+  Random random(seed, Stream::parameters, prepared.size(), 2);
+  for (std::size_t i = order.size(); i > 1; --i)
+    std::swap(order[i - 1], order[static_cast<std::size_t>(random.integer(static_cast<Index>(i)))]);
+  return order;
+}
+
+template <class Work>
+void for_all(std::size_t count, int jobs, const char* what, bool quiet, Work work) {
+  Progress progress(what, static_cast<long>(count), quiet);
+  tbb::task_arena arena(jobs > 0 ? jobs : tbb::task_arena::automatic);
+  arena.execute([&] {
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+      work(i);
+      progress.advance();
+    });
+  });
+}
+
+}  // namespace
+
+int run_blind_make(const BlindMakeRequest& request) {
+  const std::vector<CaseSpec> specs = blind::read_cases(JsonCursor::load(request.config), request.seed);
+  if (lies_inside(request.key, request.out))
+    throw UserError(request.key.string() + ": expected a folder for the key outside " + request.out.string() +
+                    ", which is handed out");
+  require_empty(request.out);
+  require_writable_folder(request.key);
+
+  std::vector<Prepared> prepared(specs.size());
+  for_all(specs.size(), request.jobs, "strengths of blind cases", request.quiet,
+          [&](std::size_t i) { prepared[i] = blind::prepare(specs[i]); });
+
+  const std::vector<std::size_t> order = shuffled(prepared, specs.front().seed);
+  const int digits = std::max(3, static_cast<int>(fmt::format("{}", order.size()).size()));
+  const auto name_of = [&](std::size_t k) { return fmt::format("case_{:0{}}", k, digits); };
+  Json key = Json::array();
+  for (std::size_t k = 0; k < order.size(); ++k) key.push_back(entry(prepared[order[k]], name_of(k)));
+  for (const Prepared& one : prepared)
+    if (!one.unreachable.empty()) {
+      key.push_back(entry(one, nullptr));
+      std::fprintf(stderr, "left out of set \"%s\" (%s): %s\n", one.spec.set.c_str(), one.spec.strength_class.c_str(),
+                   one.unreachable.c_str());
+    }
+  write_json(request.key / "key.json", key);
+
+  for_all(order.size(), request.jobs, "records of blind cases", request.quiet, [&](std::size_t k) {
+    const Prepared& one = prepared[order[k]];
+    const fs::path folder = request.out / name_of(k);
+    write_records(folder, blind::measured_records(one));
+    write_json(folder / "plant.json", one.spec.plan->file);
+    if (one.spec.truth) write_records(request.key / "truth" / name_of(k), blind::truth_records(one));
+  });
+  write_json(request.out / "manifest.json", {{"schema", "wheelhop.blind/1"},
+                                             {"cases", order.size()},
+                                             {"key_sha256", blind::sha256(read_file(request.key / "key.json"))}});
+  return 0;
+}
+
+}  // namespace wheelhop
