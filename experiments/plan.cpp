@@ -33,7 +33,7 @@ Planned drives_of(const Plant& plant, const RecordSet& set) {
 
 const char* verdict(double size_sigma) {
   if (!std::isfinite(size_sigma)) return "not_simulated";
-  return size_sigma >= kVisible ? "visible" : size_sigma >= kMarginal ? "marginal" : "invisible";
+  return size_sigma >= visible_sigma ? "visible" : size_sigma >= marginal_sigma ? "marginal" : "invisible";
 }
 
 Json size_json(double size_sigma) { return std::isfinite(size_sigma) ? Json(size_sigma) : Json(); }
@@ -48,13 +48,13 @@ Json effect_json(const Plan& plan, std::size_t index) {
                           {"location", other.location},
                           {"cosine", pair.cosine},
                           {"left_sigma", pair.left_sigma},
-                          {"verdict", std::abs(pair.cosine) > kConfused ? "cannot_be_told_apart" : "hard"}});
+                          {"verdict", std::abs(pair.cosine) > confused_cosine ? "cannot_be_told_apart" : "hard"}});
     if (pair.item >= 0)
       separated.push_back({{"effect", other.effect},
                            {"location", other.location},
                            {"test", plan.menu[static_cast<std::size_t>(pair.item)].view.name},
                            {"cosine", pair.item_cosine},
-                           {"verdict", std::abs(pair.item_cosine) > kHard ? "better" : "separated"}});
+                           {"verdict", std::abs(pair.item_cosine) > hard_cosine ? "better" : "separated"}});
   }
   for (const PlanItem& item : plan.menu)
     for (const std::size_t effect : item.shows)
@@ -64,7 +64,7 @@ Json effect_json(const Plan& plan, std::size_t index) {
           {"location", own.location},
           {"form", own.form},
           {"size_sigma", size_json(own.size_sigma)},
-          {"visible", own.size_sigma >= kVisible},
+          {"visible", own.size_sigma >= visible_sigma},
           {"verdict", verdict(own.size_sigma)},
           {"confusable_with", confusable},
           {"separated_by", separated},
@@ -113,7 +113,7 @@ Json to_json(const Plant& plant, const Plan& plan, const Vector& noise, const st
 }  // namespace
 
 int run_plan(const PlanRequest& request) {
-  const Plant plant = load_plant(request.plant);
+  const Plant plant = unquantised(load_plant(request.plant));  // steps of a converter have no slope; noise covers them
   const RecordSet set = load_records(request.records, plant.input_channels(), {}, plant.output_channels());
   if (!request.out.empty()) require_writable_folder(request.out.parent_path());
   Planned planned = drives_of(plant, set);

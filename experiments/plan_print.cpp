@@ -36,8 +36,8 @@ void print_effects(const Plan& plan) {
     std::string note;
     if (!std::isfinite(effect->size_sigma))
       note = "leaves the domain of its laws under this drive";
-    else if (!(effect->size_sigma >= kVisible))
-      note = effect->size_sigma >= kMarginal ? "marginal" : "not diagnosable with this drive";
+    else if (!(effect->size_sigma >= visible_sigma))
+      note = effect->size_sigma >= marginal_sigma ? "marginal" : "not diagnosable with this drive";
     std::string shown;
     for (const PlanItem& item : plan.menu)
       if (shown.empty() && std::find(item.shows.begin(), item.shows.end(), index) != item.shows.end())
@@ -52,7 +52,7 @@ void print_pairs(const Plan& plan) {
       "\n|cosine| of what is left of two effects: above {:g} this drive cannot tell them apart, above {:g} hardly; "
       "what\n"
       "remains, in noise levels, where one is taken for the other; and the test of the menu that tells them best\n",
-      kConfused, kHard);
+      confused_cosine, hard_cosine);
   for (std::size_t i = 0; i < plan.pairs.size() && i < kListed; ++i)
     fmt::print("  {:<64} {:4.2f}  {:5.2f}   {}\n", pair_name(plan, plan.pairs[i]), std::abs(plan.pairs[i].cosine),
                plan.pairs[i].left_sigma, advice(plan, plan.pairs[i]));
@@ -61,9 +61,10 @@ void print_pairs(const Plan& plan) {
 
 void print_menu(const Plan& plan) {
   fmt::print(
-      "\nthe menu, each instead of the test as planned: effects it shows that this one does not, pairs above {:g} it "
-      "separates, effects it\nhides (drives of {:.3g} s)\n",
-      kHard, plan.menu_s);
+      "\nthe menu on drives of {:.3g} s, each instead of the test as planned: effects that show there and not here, "
+      "pairs\n"
+      "above {:g} that it separates, effects that no longer show\n",
+      plan.menu_s, hard_cosine);
   for (const PlanItem& item : plan.menu) {
     if (item.view.message.empty())
       fmt::print("  {:<66} shows {:2}  separates {:2}  hides {:2}\n", item.view.name, item.shows.size(),
@@ -108,8 +109,8 @@ std::string effect_name(const PlannedEffect& effect) { return effect.effect + " 
 
 std::string plan_answer(const Plan& plan) {
   std::size_t showing = 0, confused = 0;
-  for (const PlannedEffect& effect : plan.planned.effects) showing += effect.size_sigma >= kVisible;
-  for (const PlanPair& pair : plan.pairs) confused += std::abs(pair.cosine) > kConfused;
+  for (const PlannedEffect& effect : plan.planned.effects) showing += effect.size_sigma >= visible_sigma;
+  for (const PlanPair& pair : plan.pairs) confused += std::abs(pair.cosine) > confused_cosine;
   std::string text = fmt::format("With this drive {} of {} effects would show", showing, plan.planned.effects.size());
   if (confused == 0) {
     text += ", and no two of them look alike";

@@ -12,10 +12,10 @@
 
 namespace wheelhop {
 
-inline constexpr double kVisible = 1;      ///< noise levels (RMS) from which an effect shows
-inline constexpr double kMarginal = 0.5;   ///< below: not diagnosable with the drive
-inline constexpr double kConfused = 0.85;  ///< |cosine| above which two effects cannot be told apart
-inline constexpr double kHard = 0.7;       ///< ... above which it is hard
+inline constexpr double visible_sigma = 1;       ///< noise levels (RMS) from which an effect shows
+inline constexpr double marginal_sigma = 0.5;    ///< below: not diagnosable with the drive
+inline constexpr double confused_cosine = 0.85;  ///< |cosine| above which two effects cannot be told apart
+inline constexpr double hard_cosine = 0.7;       ///< ... above which it is hard
 
 /// An effect at a place, by the form that shows most.
 struct PlannedEffect {
@@ -48,9 +48,10 @@ struct PlanPair {
 /// An item of the menu, run alone instead of the planned test.
 struct PlanItem {
   PlanView view;
-  std::vector<std::size_t> shows;      ///< effects that show here and not as planned
-  std::vector<std::size_t> hides;      ///< the other way round
-  std::vector<std::size_t> separates;  ///< of the pairs with |cosine| > kHard: those at or below it here, both showing
+  std::vector<std::size_t> shows;  ///< effects that show here and not as planned
+  std::vector<std::size_t> hides;  ///< the other way round
+  std::vector<std::size_t>
+      separates;  ///< of the pairs with |cosine| > hard_cosine: those at or below it here, both showing
 };
 
 struct Plan {
@@ -59,7 +60,7 @@ struct Plan {
   std::vector<std::string> parameters;  ///< names, in the order of the views
   PlanView planned;
   double menu_s = 0;            ///< seconds of each drive that the menu was computed on
-  std::vector<PlanPair> pairs;  ///< |cosine| > kHard, neither below kMarginal; most alike first
+  std::vector<PlanPair> pairs;  ///< |cosine| > hard_cosine, neither below marginal_sigma; most alike first
   std::vector<PlanItem> menu;   ///< most useful first: by effects shown and pairs separated, less effects hidden
 };
 

@@ -19,11 +19,11 @@ double left_sigma(const PlanView& view, std::size_t a, std::size_t b) {
 
 std::vector<PlanPair> pairs_of(const PlanView& view) {
   std::vector<PlanPair> pairs;
-  const auto noticeable = [&](std::size_t i) { return view.effects[i].size_sigma >= kMarginal; };
+  const auto noticeable = [&](std::size_t i) { return view.effects[i].size_sigma >= marginal_sigma; };
   for (std::size_t i = 0; i < view.effects.size(); ++i)
     for (std::size_t j = i + 1; j < view.effects.size(); ++j) {
       const double cosine = at(view.cosine, i, j);
-      if (noticeable(i) && noticeable(j) && std::abs(cosine) > kHard)
+      if (noticeable(i) && noticeable(j) && std::abs(cosine) > hard_cosine)
         pairs.push_back({i, j, cosine, left_sigma(view, i, j)});
     }
   std::stable_sort(pairs.begin(), pairs.end(),
@@ -31,13 +31,13 @@ std::vector<PlanPair> pairs_of(const PlanView& view) {
   return pairs;
 }
 
-bool shows(const PlanView& view, std::size_t effect) { return view.effects[effect].size_sigma >= kVisible; }
+bool shows(const PlanView& view, std::size_t effect) { return view.effects[effect].size_sigma >= visible_sigma; }
 
 /// Both show, and more of one remains beside the other: as a share, and enough to be noticed.
 bool tells_better(const PlanView& view, const PlanView& planned, std::size_t a, std::size_t b) {
   if (!view.message.empty() || !shows(view, a) || !shows(view, b)) return false;
   const double cosine = at(view.cosine, a, b), before = at(planned.cosine, a, b);
-  return left_sigma(view, a, b) >= kMarginal && 1 - cosine * cosine > kWorthwhile * (1 - before * before);
+  return left_sigma(view, a, b) >= marginal_sigma && 1 - cosine * cosine > kWorthwhile * (1 - before * before);
 }
 
 PlanItem judged(PlanView view, const PlanView& planned, const std::vector<PlanPair>& pairs) {
@@ -49,7 +49,7 @@ PlanItem judged(PlanView view, const PlanView& planned, const std::vector<PlanPa
   }
   for (std::size_t p = 0; p < pairs.size(); ++p)
     if (shows(item.view, pairs[p].a) && shows(item.view, pairs[p].b) &&
-        std::abs(at(item.view.cosine, pairs[p].a, pairs[p].b)) <= kHard)
+        std::abs(at(item.view.cosine, pairs[p].a, pairs[p].b)) <= hard_cosine)
       item.separates.push_back(p);
   return item;
 }

@@ -34,7 +34,7 @@ double noise_free_misfit(const Plant& plant, const std::vector<const Record*>& r
   std::vector<FitRecord> prepared;
   for (const Record* record : records) prepared.push_back(fit_record(plant, record->signal, floor));
   const auto solver = make_levenberg_marquardt({.relative_decrease = 1e-4});
-  const PlantFit fit = fit_plant(plant, {}, prepared, *solver, kIterations);
+  const PlantFit fit = fit_plant(plant, {}, prepared, *solver, {kIterations});
   return fit.error.size() == prepared.size() ? fit.misfit : kInfinity;
 }
 

@@ -138,7 +138,7 @@ TEST_CASE("a delay and an actuator's lag look alike below 20 Hz; a band further 
   REQUIRE(plan.planned.effects.size() == 4);
   REQUIRE(plan.pairs.size() == 1);
   const PlanPair& pair = plan.pairs[0];
-  CHECK(std::abs(pair.cosine) > kConfused);
+  CHECK(std::abs(pair.cosine) > confused_cosine);
   for (const std::size_t i : {pair.a, pair.b}) CHECK(plan.planned.effects[i].location == "actuator");
   REQUIRE(pair.item >= 0);
   const PlanItem& item = plan.menu[static_cast<std::size_t>(pair.item)];
@@ -159,7 +159,7 @@ TEST_CASE("a delay and an actuator's lag look alike below 20 Hz; a band further 
     if (candidate.location == "actuator" && candidate.form != "second order") two.push_back(candidate);
   REQUIRE(two.size() == 2);
   const SeparatingTest test = separating_test(plant, records, two[0], two[1]);
-  CHECK(std::abs(test.planned_cosine) > kConfused);
+  CHECK(std::abs(test.planned_cosine) > confused_cosine);
   CHECK(std::abs(test.cosine) < std::abs(test.planned_cosine));
   CHECK_THAT(test.test, Catch::Contains("noise up to"));
 }
@@ -175,7 +175,7 @@ TEST_CASE("a plan is made for any graph: one mass under a force, a chain with tw
     CHECK(plan.planned.effects.size() > 10);
     CHECK(plan.menu.size() >= 5);
     CHECK(std::any_of(plan.planned.effects.begin(), plan.planned.effects.end(),
-                      [](const PlannedEffect& effect) { return effect.size_sigma >= kVisible; }));
+                      [](const PlannedEffect& effect) { return effect.size_sigma >= visible_sigma; }));
     const bool several = std::any_of(plan.planned.effects.begin(), plan.planned.effects.end(),
                                      [](const PlannedEffect& effect) { return effect.location == "actuator:motor"; });
     CHECK(several == (plant.input_count() > 1));
