@@ -4,6 +4,9 @@ wheelhop_test(conformance/diagnosis_file.cpp wheelhop_experiments)
 wheelhop_test(conformance/model_file.cpp wheelhop_variants)
 wheelhop_test(lemma/blind_score.cpp wheelhop_experiments)
 wheelhop_test(end_to_end/blind.cpp wheelhop_experiments)
+wheelhop_test(lemma/blind_truth.cpp wheelhop_experiments)
+wheelhop_test(lemma/blind_effects.cpp wheelhop_experiments)
+wheelhop_test(end_to_end/blind_make.cpp wheelhop_experiments)
 
 # Runs of the whole program.
 function(wheelhop_program_test file)

@@ -61,10 +61,15 @@ Json entry(const Prepared& prepared, Json name) {
   return out;
 }
 
+/// Absolute, without dots, links or a slash at the end.
+fs::path plain(const fs::path& path) {
+  const fs::path result = fs::weakly_canonical(fs::absolute(path));
+  return result.has_filename() ? result : result.parent_path();
+}
+
 bool lies_inside(const fs::path& inner, const fs::path& outer) {
-  const fs::path a = fs::weakly_canonical(fs::absolute(inner) / ""), b = fs::weakly_canonical(fs::absolute(outer) / "");
-  // The last part of a path that ends in a slash is empty.
-  return std::mismatch(b.begin(), std::prev(b.end()), a.begin(), a.end()).first == std::prev(b.end());
+  const fs::path a = plain(inner), b = plain(outer);
+  return std::mismatch(a.begin(), a.end(), b.begin(), b.end()).second == b.end();
 }
 
 void require_empty(const fs::path& folder) {

@@ -53,3 +53,23 @@ TEST_CASE("no file includes a layer above its own, and no family of pieces inclu
   CHECK(files > 50);
   CHECK(includes > 100);
 }
+
+TEST_CASE("what makes blind cases shares no laws, simulation or catalogue with the diagnosis it tests") {
+  const std::filesystem::path root = WHEELHOP_SOURCE, blind = root / "experiments/blind";
+  std::vector<std::filesystem::path> files = {blind / "make.hpp", blind / "make.cpp"};
+  for (const auto& entry : std::filesystem::directory_iterator(blind / "truth")) files.push_back(entry.path());
+  CHECK(files.size() > 20);
+  for (const auto& file : files) {
+    CAPTURE(file.string());
+    std::ifstream stream(file);
+    REQUIRE(stream);
+    for (std::string line; std::getline(stream, line);) {
+      if (!line.starts_with("#include \"")) continue;
+      const std::string included = line.substr(10, line.find('"', 10) - 10);
+      CAPTURE(included);
+      CHECK((included.starts_with("core/base/") || included.starts_with("core/data/") ||
+             included.starts_with("experiments/blind/truth/") || included == "experiments/blind/make.hpp" ||
+             included == "experiments/progress.hpp"));
+    }
+  }
+}

@@ -11,6 +11,8 @@ namespace {
 /// Steps below this length are taken whatever their error: only a kink of a law asks for them, and across a kink the
 /// error of the step is of second order.
 constexpr double shortest_step_s = 1e-5;
+/// By how much a step is stretched so that no crumb is left at the end of an interval.
+constexpr double stretch = 1.01;
 
 /// The pair RK5(4)7M of Dormand & Prince (1980), J. Comput. Appl. Math. 6, table 2.
 class DormandPrince {
@@ -25,13 +27,14 @@ class DormandPrince {
   /// From t to `end` in steps as long as their errors allow.
   void advance(double t, double end, Vector& y) {
     while (t < end) {
-      const bool last = t + 1.01 * step_ >= end;
+      const bool last = t + stretch * step_ >= end;
       const double h = last ? end - t : step_;
       const double error = attempt(t, h, y);
       if (!std::isfinite(error)) throw RigFailure("the motion grew beyond all numbers");
       // 1/5 for order 5; a step cut short by the end of the interval says little about longer ones.
       const double factor = std::clamp(0.9 * std::pow(error + 1e-10, -0.2), 0.2, 4.0);
-      if (error > 1 && h > shortest_step_s) {
+      // The last step of an interval may be stretched a little beyond the shortest, and must then be taken too.
+      if (error > 1 && h > stretch * shortest_step_s) {
         step_ = std::max(shortest_step_s, h * factor);
         continue;
       }
