@@ -47,6 +47,8 @@ std::string answer(const Diagnosis& diagnosis) {
                                  diagnosis.locations.front().location, diagnosis.locations.front().probability, names,
                                  best().probability, percent(diagnosis.closure));
   for (const std::string& other : diagnosis.ambiguous_with) text += " It could also be " + other + ".";
+  if (!diagnosis.separating.test.empty())
+    text += fmt::format(" {} would tell the first two apart.", diagnosis.separating.test);
   return text;
 }
 

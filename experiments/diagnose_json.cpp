@@ -170,6 +170,12 @@ Json how_far_json(const Plant& plant, const Diagnosis& diagnosis, const Examinat
   return far;
 }
 
+/// Null where there is no rival, or nothing of the menu tells it from the answer.
+Json separating_json(const SeparatingTest& separating) {
+  if (separating.test.empty()) return {};
+  return {{"test", separating.test}, {"cosine", separating.cosine}, {"cosine_here", separating.planned_cosine}};
+}
+
 }  // namespace
 
 Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,
@@ -199,7 +205,7 @@ Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examin
             {"named", diagnosis.named},
             {"outcome", to_string(diagnosis.outcome)},
             {"ambiguous_with", diagnosis.ambiguous_with},
-            {"separating_test", Json()}}},
+            {"separating_test", separating_json(diagnosis.separating)}}},
           {"how_far", how_far_json(plant, diagnosis, examination)},
           {"checks", checks},
           {"retuning", tolerances},

@@ -7,19 +7,26 @@
 #include <map>
 
 #include "core/gap/rivals.hpp"
+#include "core/gap/unknown.hpp"
 
 namespace wheelhop {
 namespace {
 
-constexpr double kLimit = 0.99;        // no probability is ever 1
-constexpr double kNotice = 40;         // fall of chi2 over the noise's colour from which an effect is more than chance
-constexpr double kOutOfTolerance = 3;  // surprise of a parameter
-constexpr double kExplains = 0.6;      // closure below which no family of the catalogue fits
-constexpr double kSecond = 0.5;        // share of what is left that a second effect has to remove
-constexpr double kWorthSecond = 0.03;  // share of the gap that must be left for a second effect to be looked for
-constexpr double kConsidered = 0.05;   // probability from which a rival is named
-constexpr double kTooSmall = 0.1;      // misfit - 1 below which an unexplained gap is no ground for any statement
-constexpr std::size_t kBeam = 3;       // first effects to which a second is tried
+constexpr double kLimit = 0.99;         // no probability is ever 1
+constexpr double kNotice = 40;          // fall of chi2 over the noise's colour from which an effect is more than chance
+constexpr double kWorthFitting = 0.25;  // of that, expected by the screen
+constexpr double kOutOfTolerance = 3;   // surprise of a parameter
+constexpr double kExplains = 0.6;       // closure below which no family of the catalogue fits
+constexpr double kSecond = 0.5;         // share of what is left that a second effect has to remove
+constexpr double kWorthSecond = 0.03;   // share of the gap that must be left for a second effect to be looked for
+constexpr double kConsidered = 0.05;    // probability from which a rival is named
+constexpr double kOwnDoing = 0.3;  // share of an unknown signal that states explain, below which it is from outside
+constexpr double kRounded = 0.15;  // share of the floor that rounding makes, from which the converter is named
+constexpr double kRoundingSeen = 0.95;  // probability of a lattice that was seen in the readings
+constexpr double kPlausible = -4;       // log density of an answer's sizes, below which they are odd
+constexpr double kSame = 0.9;           // closure from which a rival would have done as well
+constexpr double kTooSmall = 0.1;       // misfit - 1 below which an unexplained gap is no ground for any statement
+constexpr std::size_t kBeam = 3;        // first effects to which a second is tried
 
 /// What has been computed and is being judged.
 struct Case {
@@ -81,6 +88,53 @@ void locate_by_leftover(Diagnosis& diagnosis) {
     diagnosis.locations.push_back({diagnosis.places[i].location, p(static_cast<Index>(i))});
 }
 
+/// Nothing of the catalogue explains the gap: the answer is a place, and whether the plant's states make the signal.
+void name_unknown(const Case& c, Diagnosis& diagnosis) {
+  diagnosis.outcome = GapOutcome::located_not_in_catalogue;
+  diagnosis.ambiguous_with.clear();
+  // What fits by chance says nothing of the place; the leftovers do.
+  locate_by_leftover(diagnosis);
+  if (diagnosis.locations.empty()) return;
+  std::string& location = diagnosis.locations.front().location;
+  const double own = explained_by_states(c.retuned.fit, c.study.data.fitted, location);
+  if (own < kOwnDoing) {
+    const Place& place = diagnosis.places.front();
+    std::vector<std::string> entries = place.same;
+    entries.insert(entries.begin(), place.location);
+    for (const std::string& entry : entries)
+      if (entry.starts_with("guide:")) {
+        location = entry.substr(6);  // a force on the mass itself
+        break;
+      }
+    diagnosis.outcome = GapOutcome::exogenous;
+    diagnosis.named = {"exogenous_force@" + location};
+  } else {
+    diagnosis.named = {"unknown@" + location};
+  }
+}
+
+/// A converter whose steps make most of the noise: no model removes them, but they are the reason for the floor.
+bool name_rounding(const Case& c, Diagnosis& diagnosis) {
+  const FitRecord& record = c.study.data.fitted.front();
+  for (Index j = 0; j < record.quantum.size(); ++j) {
+    const double rounding = record.quantum(j) / std::sqrt(12.0);
+    if (!(rounding * rounding > kRounded * diagnosis.floor.std(j) * diagnosis.floor.std(j))) continue;
+    const std::string location = "sensor:" + c.study.nominal.sensors[static_cast<std::size_t>(j)].name;
+    diagnosis.outcome = GapOutcome::effect;
+    diagnosis.named = {"quantisation@" + location};
+    diagnosis.locations = {{location, kRoundingSeen}};
+    diagnosis.suspects = {{"quantisation",
+                           location,
+                           "rounding",
+                           kRoundingSeen,
+                           c.retuned.stage.misfit,
+                           {},
+                           {{location + ".quantum", record.quantum(j), 0}}}};
+    return true;
+  }
+  return false;
+}
+
 /// The answer is one parameter of the plant, free of its tolerance.
 void name_parameter(const Case& c, const Rival& rival, Diagnosis& diagnosis) {
   std::vector<FitParameter> free = c.study.tolerances;
@@ -122,9 +176,55 @@ std::vector<Hypothesis> pairs(const Case& c, std::vector<Hypothesis>& singles, c
   return all;
 }
 
+void add_check(Diagnosis& diagnosis, const std::string& name, bool passed, std::string detail) {
+  diagnosis.checks.push_back({name, passed, std::move(detail)});
+}
+
+/// @param answer linearised
+void check_answer(const Case& c, const Hypothesis& answer, Diagnosis& diagnosis) {
+  const double left = answer.fit.misfit - 1;
+  add_check(diagnosis, "nothing of note is left", left < kTooSmall,
+            fmt::format("misfit {:.3f} of the fitted records, 1 is the floor", answer.fit.misfit));
+  const auto count = static_cast<Index>(c.study.tolerances.size());
+  const Vector z = answer.fit.theta.head(count);
+  if (answer.fit.covariance.size() > 0 && count > 0) {
+    Index most = 0;
+    const double surprise = surprises(answer.fit, count).cwiseAbs().maxCoeff(&most);
+    add_check(diagnosis, "parameters come home into their tolerances", surprise < kOutOfTolerance,
+              fmt::format("sum of squares {:.1f} tolerances, {:.1f} without the effect; furthest {} at {:.1f}",
+                          z.squaredNorm(), c.retuned.fit.theta.squaredNorm(),
+                          c.study.tolerances[static_cast<std::size_t>(most)].name, z(most)));
+  }
+  add_check(diagnosis, "sizes are those of the literature", answer.plausibility > kPlausible,
+            fmt::format("log density {:.1f} against the middle of what is usual", answer.plausibility));
+  for (const Suspect& suspect : diagnosis.suspects) {
+    if (suspect.effect == diagnosis.suspects.front().effect) continue;
+    add_check(diagnosis, "without its family the answer would not be the same", suspect.closure.value < kSame,
+              fmt::format("next is {} at {}, which removes {:.0f} %", suspect.effect, suspect.location,
+                          100 * suspect.closure.value));
+    break;
+  }
+}
+
+/// What would tell the answer and its nearest rival apart.
+void find_separating_test(const Case& c, Diagnosis& diagnosis) {
+  if (diagnosis.ambiguous_with.empty() || diagnosis.named.empty()) return;
+  if (c.step) c.step("a test that would tell " + diagnosis.named.front() + " and " + diagnosis.ambiguous_with.front());
+  Operation operation;
+  if (!operation_of(c.study.nominal, c.study.data.fitted, {}, operation)) return;
+  const EffectCandidate *a = nullptr, *b = nullptr;
+  const std::vector<EffectCandidate> all = c.study.candidates(c.study.nominal, operation);
+  for (const EffectCandidate& candidate : all) {
+    if (!a && name_of(candidate) == diagnosis.named.front()) a = &candidate;
+    if (!b && name_of(candidate) == diagnosis.ambiguous_with.front()) b = &candidate;
+  }
+  if (a && b) diagnosis.separating = separating_test(c.study.nominal, c.study.data.fitted, *a, *b);
+}
+
 void judge(const Case& c, Diagnosis& diagnosis) {
   if (c.step) c.step("every effect at every place");
-  std::vector<Hypothesis> singles = extend(c.study, c.retuned, {});
+  std::vector<Hypothesis> singles =
+      extend(c.study, c.retuned, {.least = kWorthFitting * kNotice * diagnosis.floor.colour});
   std::vector<Rival> rivals = rivals_of(singles);
   const Vector t = surprises(c.retuned.fit, static_cast<Index>(c.study.tolerances.size()));
   const double surprise = t.size() > 0 ? t.cwiseAbs().maxCoeff() : 0;
@@ -133,15 +233,11 @@ void judge(const Case& c, Diagnosis& diagnosis) {
   const double left = c.retuned.chi2 / c.floor_chi2() - 1;
   if (!effect_seen && surprise < kOutOfTolerance) {
     name_nothing(c, diagnosis);
-    if (left > kTooSmall) {
-      diagnosis.outcome = GapOutcome::located_not_in_catalogue;
-      locate_by_leftover(diagnosis);
-      if (!diagnosis.locations.empty()) diagnosis.named = {"unknown@" + diagnosis.locations.front().location};
-    }
+    if (!name_rounding(c, diagnosis) && left > kTooSmall) name_unknown(c, diagnosis);
     return;
   }
   for (Rival& parameter : parameter_rivals(c.study, c.retuned)) rivals.push_back(std::move(parameter));
-  double best = rivals.front().chi2;
+  double best = c.retuned.chi2;
   for (const Rival& rival : rivals) best = std::min(best, rival.chi2);
   weigh(rivals, {diagnosis.floor.colour, c.retuned.chi2 - best, c.floor_chi2()});
   add_locations(rivals, diagnosis);
@@ -176,16 +272,13 @@ void judge(const Case& c, Diagnosis& diagnosis) {
   }
   if (linearise(answer.fit, answer.parameters, c.study.data.fitted))
     diagnosis.suspects.front().parameters = fitted_parameters(answer.fit, answer.parameters, c.study.tolerances.size());
+  check_answer(c, answer, diagnosis);
+  find_separating_test(c, diagnosis);
   diagnosis.corrected = answer.stage;
   diagnosis.plant = answer.fit.plant;
   diagnosis.closure = closure(c.retuned.stage.blocks, answer.stage.blocks, c.options.draws, c.random);
   const double explained = (c.retuned.chi2 - answer.chi2) / std::max(gap, 1.0);
-  if (explained < kExplains) {
-    diagnosis.outcome = GapOutcome::located_not_in_catalogue;
-    // What fits by chance says nothing of the place; the leftovers do.
-    locate_by_leftover(diagnosis);
-    diagnosis.named = {"unknown@" + diagnosis.locations.front().location};
-  }
+  if (explained < kExplains) name_unknown(c, diagnosis);
 }
 
 /// For each place the smaller leftover of two fits, in ascending order.

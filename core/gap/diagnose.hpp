@@ -11,6 +11,7 @@
 #include "core/gap/closure.hpp"
 #include "core/gap/hypothesis.hpp"
 #include "core/gap/locate.hpp"
+#include "core/gap/plan.hpp"
 
 namespace wheelhop {
 
@@ -79,6 +80,7 @@ struct Diagnosis {
   Plant plant;          ///< with the answer
   Plant retuned_plant;  ///< re-tuned inside the tolerances, without any effect
   std::vector<Check> checks;
+  SeparatingTest separating;  ///< of the answer and its nearest rival; `test` empty where there is none, or none helps
 };
 
 /// @param candidates every effect at every place of a plant

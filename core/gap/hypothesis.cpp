@@ -132,6 +132,7 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
   for (const Screened& screened : screen(base.fit, study.data.fitted, candidates)) {
     const std::string name = name_of(candidates[screened.candidate]);
     if (static_cast<Index>(shortlist.size()) >= options.shortlist || !(screened.gain > 0)) break;
+    if (shortlist.empty() && 2 * screened.gain < options.least) break;
     if (!shortlist.empty() && screened.gain < options.worth * shortlist.front().gain) break;
     if (name == options.without || ++forms[name] > options.forms) continue;
     shortlist.push_back(screened);

@@ -65,6 +65,7 @@ struct ExtendOptions {
   Index shortlist = 10;      ///< fits at most, the best of the screen first
   Index forms = 2;           ///< of one effect at one place
   double worth = 0.1;        ///< screened gain over the best one's, below which a candidate is not fitted
+  double least = 0;          ///< fall of chi2 that the screen must expect of the best for any to be fitted
   Index polished = 4;        ///< of the quick fits, the best that are fitted on to the end
   std::string without = {};  ///< "effect@location" that is not tried
 };

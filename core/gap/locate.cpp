@@ -32,6 +32,11 @@ bool is_displacement_input(const Plant& plant, const std::string& node) {
   return false;
 }
 
+/// True if a displacement input moves an end of the element.
+bool drives(const PlantInput& input, const Element& element) {
+  return input.kind == InputKind::displacement && (input.name == element.from || input.name == element.to);
+}
+
 /// The linearised plant with one more input, the last: a force.
 /// @param from, to as of a force input; a drive's node stands still for a force
 bool probed_plant(const Plant& plant, std::string from, std::string to, const std::string& location,
@@ -89,9 +94,9 @@ std::vector<Probe> probes_of(const Plant& plant, double sample_time_s) {
   };
   for (const Element& element : plant.elements) {
     add(element.from, element.to, element.name);
-    if (!probes.empty() && probes.back().place.location == element.name &&
-        (is_displacement_input(plant, element.from) || is_displacement_input(plant, element.to)))
-      probes.back().place.same.push_back("actuator");
+    for (const PlantInput& input : plant.inputs)
+      if (!probes.empty() && probes.back().place.location == element.name && drives(input, element))
+        probes.back().place.same.push_back(actuator_of(plant, input));
   }
   for (const Mass& mass : plant.masses) add("ground", mass.name, "guide:" + mass.name);
   return probes;
@@ -120,8 +125,10 @@ double excited_band_hz(const Plant& plant, const FitRecord& record) {
 /// The ends of the force that a place's name stands for; false if it stands for none.
 bool ends_of(const Plant& plant, const std::string& location, std::string& from, std::string& to) {
   for (const Element& element : plant.elements) {
-    const bool driven = is_displacement_input(plant, element.from) || is_displacement_input(plant, element.to);
-    if (element.name != location && !(location == "actuator" && driven)) continue;
+    const bool driven = std::any_of(plant.inputs.begin(), plant.inputs.end(), [&](const PlantInput& input) {
+      return drives(input, element) && actuator_of(plant, input) == location;
+    });
+    if (element.name != location && !driven) continue;
     from = element.from;
     to = element.to;
     return true;

@@ -23,18 +23,10 @@ struct Group {
   std::vector<std::size_t> candidates;
 };
 
-/// With several inputs "actuator" alone would not say which.
-std::string place_of(const Plant& plant, const EffectCandidate& candidate) {
-  if (candidate.location != "actuator" || plant.inputs.size() < 2 || candidate.parameters.empty())
-    return candidate.location;
-  const std::string& name = candidate.parameters.front().name;
-  return name.substr(0, name.find('.'));
-}
-
-std::vector<Group> groups_of(const Plant& plant, const std::vector<EffectCandidate>& candidates) {
+std::vector<Group> groups_of(const std::vector<EffectCandidate>& candidates) {
   std::vector<Group> groups;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const std::string location = place_of(plant, candidates[i]);
+    const std::string& location = candidates[i].location;
     const auto same = [&](const Group& group) {
       return group.effect == candidates[i].effect && group.location == location;
     };
@@ -187,7 +179,7 @@ Plan plan_test(const Plant& plant, const std::vector<FitRecord>& records, Index 
                const std::vector<EffectCandidate>& candidates, const PlanOptions& options, const PlanStep& step) {
   Plan plan;
   for (const FitParameter& parameter : tolerance_parameters(plant)) plan.parameters.push_back(parameter.name);
-  const std::vector<Group> groups = groups_of(plant, candidates);
+  const std::vector<Group> groups = groups_of(candidates);
   const Index own = plant.sensor_count();
   const auto say = [&](const std::string& what) {
     if (step) step(what);

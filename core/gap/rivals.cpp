@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kLimit = 0.99;      // no probability is ever 1
 constexpr double kOfGap = 0.01;      // a of `weigh`
+constexpr double kParameter = 1.5;   // what one more parameter has to bring, in log p
 constexpr double kOfRemains = 0.05;  // b
 
 std::string error_id(const std::string& parameter) {
@@ -31,7 +32,8 @@ std::vector<Rival> rivals_of(const std::vector<Hypothesis>& hypotheses) {
   std::vector<Rival> rivals;
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {
     const EffectCandidate& last = hypotheses[i].effects.back();
-    rivals.push_back({last.effect, last.location, i, false, hypotheses[i].chi2, hypotheses[i].plausibility});
+    const double occam = kParameter * static_cast<double>(hypotheses[i].parameters.size());
+    rivals.push_back({last.effect, last.location, i, false, hypotheses[i].chi2, hypotheses[i].plausibility - occam});
   }
   return rivals;
 }
@@ -44,8 +46,10 @@ std::vector<Rival> parameter_rivals(const Study& study, const Hypothesis& retune
     const std::string& name = study.tolerances[i].name;
     const auto known =
         std::find_if(parameters.begin(), parameters.end(), [&](const PlantParameter& p) { return p.name == name; });
-    const double surprise = t(static_cast<Index>(i));
-    rivals.push_back({error_id(name), known->location, i, true, retuned.chi2 - surprise * surprise, 0});
+    // Linear beyond its range t would promise more than the priors can give back: they are all that is left over.
+    const double surprise = std::min(std::abs(t(static_cast<Index>(i))), retuned.fit.theta.norm());
+    rivals.push_back({error_id(name), known->location, i, true, retuned.chi2 - surprise * surprise,
+                      -kParameter * static_cast<double>(study.tolerances.size())});
   }
   return rivals;
 }

@@ -32,8 +32,7 @@ void visit_paths(AnyPlant& plant, bool all, Visit visit) {
     };
   };
   for (auto& input : plant.inputs) {
-    const std::string place = "actuator:" + input.name;
-    visit_drive_path(input.path, input.unit, in(place + ".", plant.inputs.size() == 1 ? "actuator" : place));
+    visit_drive_path(input.path, input.unit, in("actuator:" + input.name + ".", actuator_of(plant, input)));
   }
   for (auto& sensor : plant.sensors) {
     const std::string place = "sensor:" + sensor.name;
@@ -73,6 +72,10 @@ std::vector<std::string> parameter_names(const Plant& plant) {
 }
 
 }  // namespace
+
+std::string actuator_of(const Plant& plant, const PlantInput& input) {
+  return plant.inputs.size() == 1 ? "actuator" : "actuator:" + input.name;
+}
 
 std::vector<std::string> Plant::node_names() const {
   std::vector<std::string> names;

@@ -89,6 +89,9 @@ Plant parse_plant(const JsonCursor& cursor);
 /// `parse_plant(to_json(plant))` gives the same plant.
 Json to_json(const Plant& plant);
 
+/// Location of an input's drive path: `actuator`, or `actuator:NAME` where there are several inputs.
+std::string actuator_of(const Plant& plant, const PlantInput& input);
+
 /// A scalar of the plant that a fit may move.
 struct PlantParameter {
   std::string name;      ///< "body.mass_kg", "suspension.viscous_damper.damping_ns_per_m"; a second law of the same

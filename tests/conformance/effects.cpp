@@ -57,7 +57,9 @@ std::vector<Case> cases() {
 
 TEST_CASE("candidates stand at places of the plant, name parameters it has, and simulate") {
   for (const Case& c : cases()) {
-    std::set<std::string> places = {"actuator", "timebase"};
+    std::set<std::string> places = {"timebase"};
+    for (const PlantInput& input : c.plant.inputs)
+      places.insert(c.plant.input_count() == 1 ? "actuator" : "actuator:" + input.name);
     for (const Element& element : c.plant.elements) places.insert(element.name);
     for (const Mass& mass : c.plant.masses) places.insert(mass.name);
     for (const Sensor& sensor : c.plant.sensors) places.insert("sensor:" + sensor.name);

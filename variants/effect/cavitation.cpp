@@ -7,13 +7,15 @@ std::shared_ptr<const Effect> make_cavitation(const EffectOptions&) {
       "cavitation", [](const Plant& plant, const Operation& operation, std::vector<EffectCandidate>& list) {
         for (std::size_t e = 0; e < plant.elements.size(); ++e) {
           const double damping = viscous_damping(plant.elements[e]);
-          const double travel = 0.25 * operation.elements[e].travel_rms_m;
-          if (damping <= 0 || !(travel > 0)) continue;
-          for (const double side : {1.0, -1.0}) {
-            list.push_back(with_law(plant, e, "cavitation", side > 0 ? "rebound" : "jounce", "cavitating_damper",
-                                    {damping, travel, side}, {{"dead_travel_m", third(travel)}}));
-            list.back().proportional = false;  // the shorter the travel, the stiffer the equation
-          }
+          if (damping <= 0) continue;
+          for (const double side : {1.0, -1.0})
+            for (const double share : {0.03, 0.25}) {
+              const double travel = share * operation.elements[e].travel_rms_m;
+              if (!(travel > 0)) continue;
+              list.push_back(with_law(plant, e, "cavitation", side > 0 ? "rebound" : "jounce", "cavitating_damper",
+                                      {damping, travel, side}, {{"dead_travel_m", third(travel)}}));
+              list.back().proportional = false;  // the shorter the travel, the stiffer the equation
+            }
         }
       });
 }

@@ -3,22 +3,27 @@
 
 namespace wheelhop {
 
-// A tilted mount or a shared ground lets one channel see 0.5 to 3 % of another of its kind.
+// A tilted mount or a shared ground lets one channel see 0.5 to 3 % of another, in the size that this has here.
 std::shared_ptr<const Effect> make_crosstalk(const EffectOptions&) {
   return effect_family("crosstalk",
                        [](const Plant& plant, const Operation& operation, std::vector<EffectCandidate>& list) {
+                         // Where channels are many, only those of a kind share a mount; all pairs of them would be
+                         // hundreds.
+                         const bool all_pairs = plant.sensor_count() <= 4;
                          for (Index i = 0; i < plant.sensor_count(); ++i)
                            for (Index j = 0; j < plant.sensor_count(); ++j) {
                              const Sensor &own = plant.sensors[static_cast<std::size_t>(i)],
                                           &other = plant.sensors[static_cast<std::size_t>(j)];
-                             if (i == j || own.kind != other.kind || !(operation.output_rms(j) > 0)) continue;
+                             if (i == j || !(all_pairs || own.kind == other.kind) || !(operation.output_rms(j) > 0))
+                               continue;
                              const auto same = [&](const auto& entry) { return entry.first == other.name; };
                              if (std::any_of(own.path.crosstalk.begin(), own.path.crosstalk.end(), same)) continue;
                              Plant coupled = plant;
                              coupled.sensors[static_cast<std::size_t>(i)].path.crosstalk.emplace_back(other.name, 0.0);
                              const std::string place = "sensor:" + own.name;
+                             const double factor = 0.02 * operation.output_rms(i) / operation.output_rms(j);
                              list.push_back(with_path(coupled, "crosstalk", place, "from " + other.name,
-                                                      {{place + ".crosstalk." + other.name, 0.02, 0.01}}));
+                                                      {{place + ".crosstalk." + other.name, factor, factor}}));
                              list.back().either_sign = true;
                            }
                        });

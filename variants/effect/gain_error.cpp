@@ -6,7 +6,7 @@ std::shared_ptr<const Effect> make_gain_error(const EffectOptions&) {
   return effect_family("gain_error", [](const Plant& plant, const Operation&, std::vector<EffectCandidate>& list) {
     for (const PlantInput& input : plant.inputs) {
       const std::string path = "actuator:" + input.name;
-      list.push_back(with_path(plant, "gain_error", "actuator", "gain", {{path + ".gain", 1.02, 0.02}}));
+      list.push_back(with_path(plant, "gain_error", actuator_of(plant, input), "gain", {{path + ".gain", 1.02, 0.02}}));
       list.back().ideal = 1;
       list.back().either_sign = true;
     }

@@ -6,12 +6,13 @@ std::shared_ptr<const Effect> make_rate_limit(const EffectOptions&) {
   return effect_family(
       "rate_limit", [](const Plant& plant, const Operation& operation, std::vector<EffectCandidate>& list) {
         for (Index i = 0; i < plant.input_count(); ++i) {
-          const std::string path = "actuator:" + plant.inputs[static_cast<std::size_t>(i)].name;
+          const PlantInput& input = plant.inputs[static_cast<std::size_t>(i)];
+          const std::string path = "actuator:" + input.name;
           for (const double share : {0.5, 0.8}) {  // of the fastest command: a limit above it does nothing
             const double limit = share * operation.drive_rate_peak(i);
             if (!(limit > 0)) continue;
-            list.push_back(
-                with_path(plant, "rate_limit", "actuator", "rate", {{path + ".rate_limit", limit, 0.2 * limit}}));
+            list.push_back(with_path(plant, "rate_limit", actuator_of(plant, input), "rate",
+                                     {{path + ".rate_limit", limit, 0.2 * limit}}));
             list.back().proportional = false;
           }
         }
