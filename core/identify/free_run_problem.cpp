@@ -33,48 +33,68 @@ class FreeRunProblem final : public ResidualProblem {
   }
 
   bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
-    return sweep(theta, [&](Index row, ConstMatrixRef error, ConstMatrixRef weighted) {
-      r.segment(row, error.size()) = error.reshaped();
-      J.middleRows(row, error.size()) = weighted.transpose();
-    });
+    const ParameterLayout at = layout_of(model_);
+    const SensitivityRow row(at);
+    J.setZero();
+    return sweep(theta,
+                 [&](Index sample, Index i, ConstMatrixRef rows) {
+                   for (Index k = 0; k < rows.cols(); ++k) {
+                     const Vector values = weight_(i) * rows.col(k);
+                     const Index residual = at.p * (sample + k) + i;
+                     J.row(residual).head(at.dynamic()) = values.head(at.dynamic());
+                     for (Index j = 0; j < at.regressors(); ++j)
+                       J(residual, at.direct(i, j)) = values(row.regressors + j);
+                     r(residual) = values(row.output);
+                   }
+                 }) &&
+           r.allFinite();
   }
 
   bool normal_equations(ConstVectorRef theta, double& cost, Vector& gradient, Matrix& gauss_newton) const override {
+    const ParameterLayout at = layout_of(model_);
+    const SensitivityRow row(at);
+    std::vector<Matrix> products(static_cast<std::size_t>(at.p), Matrix::Zero(row.size, row.size));
+    if (!sweep(theta, [&](Index, Index i, ConstMatrixRef rows) {
+          products[static_cast<std::size_t>(i)].selfadjointView<Eigen::Lower>().rankUpdate(rows);
+        }))
+      return false;
     cost = 0;
-    gradient.setZero(parameters());
-    gauss_newton.setZero(parameters(), parameters());
-    return sweep(theta, [&](Index, ConstMatrixRef error, ConstMatrixRef weighted) {
-      cost += 0.5 * error.squaredNorm();
-      gradient.noalias() += weighted * error.reshaped();
-      gauss_newton.selfadjointView<Eigen::Lower>().rankUpdate(weighted);
-    });
+    gradient.setZero(at.size());
+    gauss_newton.setZero(at.size(), at.size());
+    for (Index i = 0; i < at.p; ++i) {
+      const Matrix G = weight_(i) * weight_(i) * products[static_cast<std::size_t>(i)];
+      const Index D = at.dynamic();
+      cost += 0.5 * G(row.output, row.output);
+      gradient.head(D) += G.row(row.output).head(D);
+      gauss_newton.topLeftCorner(D, D) += G.topLeftCorner(D, D);
+      for (Index j = 0; j < at.regressors(); ++j) {
+        const Index own = at.direct(i, j), from = row.regressors + j;
+        gradient(own) = G(row.output, from);
+        gauss_newton.row(own).head(D) = G.row(from).head(D);
+        for (Index l = 0; l <= j; ++l) gauss_newton(own, at.direct(i, l)) = G(from, row.regressors + l);
+      }
+    }
+    return std::isfinite(cost);
   }
 
  private:
-  /// Calls receive(first row, weighted error p x K, weighted Jacobian P x (p K)) for the scored part of each block.
+  /// Calls receive(first residual sample, output, rows) for the scored part of each block; the rows' outputs are
+  /// errors.
   template <class Receive>
   bool sweep(ConstVectorRef theta, const Receive& receive) const {
     NonlinearModel model = model_;
     Vector x0;
     unpack(theta, model, x0);
-    const Index p = y_.rows();
-    Matrix error, weighted;
-    bool finite = true;
-    const bool unweighted = (weight_.array() == 1).all();
-    const bool inside = free_run_sensitivities(model, u_, x0, [&](Index first, ConstMatrixRef y, ConstMatrixRef J) {
-      const Index drop = std::min(std::max<Index>(skip_ - first, 0), y.cols()), count = y.cols() - drop;
-      if (count == 0) return;
-      error = weight_.asDiagonal() * (y.rightCols(count) - y_.middleCols(first + drop, count));
-      finite = finite && all_finite(error);
-      const Index row = p * (first + drop - skip_);
-      if (unweighted) {  // signals scaled beforehand: no copy of the largest matrix there is
-        receive(row, error, J.rightCols(p * count));
-        return;
+    const SensitivityRow row(layout_of(model));
+    return free_run_sensitivities(model, u_, x0, [&](Index first, Index samples, std::vector<Matrix>& rows) {
+      const Index drop = std::max<Index>(skip_ - first, 0), count = samples - drop;
+      if (count <= 0) return;
+      for (Index i = 0; i < y_.rows(); ++i) {
+        auto scored = rows[static_cast<std::size_t>(i)].middleCols(drop, count);
+        scored.row(row.output) -= y_.row(i).segment(first + drop, count);
+        receive(first + drop - skip_, i, scored);
       }
-      weighted.noalias() = J.rightCols(p * count) * weight_.replicate(count, 1).asDiagonal();
-      receive(row, error, weighted);
     });
-    return inside && finite;
   }
 
   NonlinearModel model_;
@@ -120,6 +140,7 @@ Vector estimate_initial_state(const NonlinearModel& model, ConstMatrixRef u, Con
   Vector x0 = estimate_initial_state(model.linear, u, y, samples);
   if (!model.map) return x0;
   const ParameterLayout at = layout_of(model);
+  const SensitivityRow row(at);
   const Index p = y.rows(), n = at.n;
   const auto cost_at = [&](const Vector& x) {
     const FreeRun run = free_run(model, u.leftCols(samples), x);
@@ -134,12 +155,15 @@ Vector estimate_initial_state(const NonlinearModel& model, ConstMatrixRef u, Con
   for (int iteration = 0; iteration < 30 && std::isfinite(cost); ++iteration) {
     Matrix H = Matrix::Zero(n, n);
     Vector g = Vector::Zero(n);
-    if (!free_run_sensitivities(model, u.leftCols(samples), x0, [&](Index first, ConstMatrixRef run, ConstMatrixRef J) {
-          const Matrix error = run - y.middleCols(first, run.cols());
-          const auto own = J.middleRows(at.x0(), n);
-          g.noalias() += own * error.reshaped(p * run.cols(), 1);
-          H.noalias() += own * own.transpose();
-        }))
+    if (!free_run_sensitivities(
+            model, u.leftCols(samples), x0, [&](Index first, Index count, const std::vector<Matrix>& rows) {
+              for (Index i = 0; i < p; ++i) {
+                const auto own = rows[static_cast<std::size_t>(i)].leftCols(count);
+                const auto slopes = own.middleRows(at.x0(), n);
+                g.noalias() += slopes * (own.row(row.output) - y.row(i).segment(first, count)).transpose();
+                H.noalias() += slopes * slopes.transpose();
+              }
+            }))
       break;
     const double before = cost;
     for (int attempt = 0; attempt < 10; ++attempt, damping *= 10) {

@@ -28,29 +28,38 @@ std::vector<Index> chosen_samples(ConstMatrixRef f, Index limit) {
   return chosen;
 }
 
+/// What the constant and xi explain is projected out once, before any alpha: of the regressors [phi 1 xi] only phi
+/// changes (Frisch & Waugh 1933).
 class MapProblem final : public ResidualProblem {
  public:
   MapProblem(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f)
-      : map_(prototype.clone()), xi_(xi), f_(f.transpose()) {}
+      : map_(prototype.clone()), xi_(xi), f_(f.transpose()) {
+    const Eigen::ColPivHouseholderQR<Matrix> affine(regressors(Matrix(xi.cols(), 0)));
+    affine_ = affine.householderQ() * Matrix::Identity(xi.cols(), affine.rank());
+    curved_f_ = rest(affine_, f_);
+  }
 
   Index parameters() const override { return map_->inner_parameters(); }
   Index residuals() const override { return f_.size(); }
 
   bool residual(ConstVectorRef alpha, VectorRef r) const override {
-    const Matrix columns = regressors(alpha);
-    const Eigen::HouseholderQR<Matrix> qr(columns);
-    r = rest(qr, columns.cols(), f_).reshaped();
+    const Eigen::HouseholderQR<Matrix> qr(rest(affine_, features(alpha)));
+    Matrix both = curved_f_;
+    both.applyOnTheLeft(qr.householderQ().adjoint());
+    both.topRows(map_->features()).setZero();
+    both.applyOnTheLeft(qr.householderQ());
+    r = both.reshaped();
     return r.allFinite();
   }
 
-  /// From the triangle of the QR of [regressors f]; a trial step needs no residual.
+  /// From the triangle of the QR of [phi f]; a trial step needs no residual.
   bool cost(ConstVectorRef alpha, double& cost) const override {
-    const Index width = map_->features() + 1 + xi_.rows(), q = f_.cols();
-    if (f_.rows() < width + q) return ResidualProblem::cost(alpha, cost);
-    Matrix both(f_.rows(), width + q);
-    both << regressors(alpha), f_;
+    const Index h = map_->features(), q = f_.cols();
+    if (f_.rows() < h + q) return ResidualProblem::cost(alpha, cost);
+    Matrix both(f_.rows(), h + q);
+    both << rest(affine_, features(alpha)), curved_f_;
     const Eigen::HouseholderQR<Matrix> qr(both);
-    const Matrix R = qr.matrixQR().block(width, width, q, q).triangularView<Eigen::Upper>();
+    const Matrix R = qr.matrixQR().block(h, h, q, q).triangularView<Eigen::Upper>();
     cost = 0.5 * R.squaredNorm();
     return std::isfinite(cost);
   }
@@ -59,9 +68,7 @@ class MapProblem final : public ResidualProblem {
     const Index N = xi_.cols();
     const Slopes at = slopes(alpha);
     r = at.r.reshaped();
-    for (Index i = 0; i < f_.cols(); ++i)
-      J.middleRows(i * N, N) =
-          at.change[static_cast<std::size_t>(i)] - at.Q * (at.Q.transpose() * at.change[static_cast<std::size_t>(i)]);
+    for (Index i = 0; i < f_.cols(); ++i) J.middleRows(i * N, N) = rest(at.Q, at.change[static_cast<std::size_t>(i)]);
     return r.allFinite();
   }
 
@@ -82,7 +89,7 @@ class MapProblem final : public ResidualProblem {
 
   /// W, b and the linear part for a given alpha; returns the relative residual.
   double weights(ConstVectorRef alpha, StaticMap& map, Matrix& linear) const {
-    const Matrix columns = regressors(alpha);
+    const Matrix columns = regressors(features(alpha));
     const LeastSquares fit = least_squares(columns, f_, 1e-11);
     const Index h = map_->features(), d = xi_.rows();
     map.alpha = alpha;
@@ -106,40 +113,38 @@ class MapProblem final : public ResidualProblem {
 
   Slopes slopes(ConstVectorRef alpha) const {
     const Index N = xi_.cols(), h = map_->features(), q = f_.cols();
-    const Matrix columns = regressors(alpha);
-    const Eigen::ColPivHouseholderQR<Matrix> qr(columns);
-    const Matrix weights = qr.solve(f_);  // (h + 1 + d) x q
+    const Matrix phi = features(alpha);
+    const Eigen::ColPivHouseholderQR<Matrix> qr(rest(affine_, phi));
+    const Matrix weights = qr.solve(curved_f_);  // h x q
     Slopes at;
-    at.Q = qr.householderQ() * Matrix::Identity(N, columns.cols());
-    at.r = f_ - at.Q * (at.Q.transpose() * f_);
+    at.Q.resize(N, affine_.cols() + h);
+    at.Q << affine_, qr.householderQ() * Matrix::Identity(N, h);
+    at.r = rest(at.Q.rightCols(h), curved_f_);
     at.change.reserve(static_cast<std::size_t>(q));
-    for (Index i = 0; i < q; ++i)
-      at.change.push_back(map_->alpha_slopes(xi_, columns.leftCols(h), -weights.col(i).head(h)));
+    for (Index i = 0; i < q; ++i) at.change.push_back(map_->alpha_slopes(xi_, phi, -weights.col(i)));
     return at;
   }
 
-  /// [phi 1 xi], N x (h + 1 + d).
-  Matrix regressors(ConstVectorRef alpha) const {
+  Matrix features(ConstVectorRef alpha) const {
     map_->alpha = alpha;
-    const Index N = xi_.cols(), h = map_->features(), d = xi_.rows();
-    Matrix columns(N, h + 1 + d);
-    columns.leftCols(h) = map_->basis_of(xi_);
-    columns.col(h).setOnes();
-    columns.rightCols(d) = xi_.transpose();
+    return map_->basis_of(xi_);
+  }
+
+  /// [phi 1 xi], N x (h + 1 + d).
+  Matrix regressors(const Matrix& phi) const {
+    Matrix columns(xi_.cols(), phi.cols() + 1 + xi_.rows());
+    columns << phi, Vector::Ones(xi_.cols()), xi_.transpose();
     return columns;
   }
 
   /// (I - Q Q') M.
-  static Matrix rest(const Eigen::HouseholderQR<Matrix>& qr, Index width, Matrix M) {
-    M.applyOnTheLeft(qr.householderQ().adjoint());
-    M.topRows(width).setZero();
-    M.applyOnTheLeft(qr.householderQ());
-    return M;
-  }
+  static Matrix rest(ConstMatrixRef Q, ConstMatrixRef M) { return M - Q * (Q.transpose() * M); }
 
   std::unique_ptr<StaticMap> map_;  // scratch for alpha; W and b are not used here
   Matrix xi_;
-  Matrix f_;  // N x q
+  Matrix f_;         // N x q
+  Matrix affine_;    // N x (1 + d) or less, orthonormal basis of [1 xi]
+  Matrix curved_f_;  // f without what [1 xi] explains
 };
 
 }  // namespace

@@ -48,8 +48,10 @@ FreeRun free_run(const NonlinearModel& model, ConstMatrixRef u, ConstVectorRef x
   FreeRun run;
   run.x = Matrix::Zero(n, samples);
   run.f = Matrix::Zero(q, samples);
+  Matrix dynamics(n, n + q);  // x_{k+1} = dynamics [x; f] + forced
+  dynamics << model.linear.A, model.Bt;
   const Matrix forced = model.linear.B * u;
-  Vector x = x0, next(n), xi(n + m), phi(model.map ? model.map->features() : 0), f = Vector::Zero(q);
+  Vector x = x0, next(n), xi(n + m), phi(model.map ? model.map->features() : 0);
   for (Index k = 0; k < samples; ++k) {
     if (!(x.array().abs() <= kStateGuard).all()) {  // also false for NaN
       run.status = Status::outside_domain;
@@ -57,14 +59,16 @@ FreeRun free_run(const NonlinearModel& model, ConstMatrixRef u, ConstVectorRef x
       break;
     }
     run.x.col(k) = x;
-    next.noalias() = model.linear.A * x;
+    double* const f = run.f.data() + k * q;
     if (model.map) {
-      xi << x, u.col(k);
-      model.map->value(xi.data(), f.data(), phi.data());
-      run.f.col(k) = f;
-      next.noalias() += model.Bt * f;
+      xi.head(n) = x;
+      xi.tail(m) = u.col(k);
+      model.map->value(xi.data(), f, phi.data());
     }
-    x = next + forced.col(k);
+    next = forced.col(k);  // too small for the general products to pay
+    for (Index j = 0; j < n; ++j) next += x(j) * dynamics.col(j);
+    for (Index j = 0; j < q; ++j) next += f[j] * dynamics.col(n + j);
+    x.swap(next);
   }
   const Index valid = run.stopped_at < 0 ? samples : run.stopped_at;
   run.y = Matrix::Zero(model.linear.output_count(), samples);

@@ -74,67 +74,68 @@ void unpack(ConstVectorRef parameters, NonlinearModel& model, Vector& x0) {
 bool free_run_sensitivities(const NonlinearModel& model, ConstMatrixRef u, ConstVectorRef x0,
                             const SensitivityBlock& receive) {
   const ParameterLayout at = layout_of(model);
-  const Index n = at.n, m = at.m, p = at.p, q = at.q, P = at.size(), d = n + m;
-  const Index dynamic = at.dynamic();
+  const SensitivityRow row(at);
+  const Index n = at.n, m = at.m, p = at.p, q = at.q, terms = n + q;
+  const Index width = (at.dynamic() + 3) / 4 * 4;  // no remainder after the vector loops
   const Index h = model.map ? model.map->features() : 0, inner = model.map ? model.map->inner_parameters() : 0;
   const LinearModel& linear = model.linear;
 
-  RowMajor S = RowMajor::Zero(n, dynamic), S_next(n, dynamic);  // dx/d(dynamic parameters)
-  for (Index i = 0; i < n; ++i) S(i, at.x0() + i) = 1;
-  RowMajor F = RowMajor::Zero(q, at.map);  // df/dtheta at fixed x
-  Vector phi(h), df_dxi(d), f = Vector::Zero(q), x = x0, x_next(n), xi(d);
-  Matrix df_dx = Matrix::Zero(q, n);
-  Vector w(h);
-  RowMajor A_total = linear.A, C_total = linear.C;
-  Matrix y_block(p, kBlock), J_block(P, p * kBlock);
+  // Rows [S; F]: S = dx/d(dynamic parameters), F = df/d(dynamic parameters) at fixed x.
+  RowMajor now = RowMajor::Zero(terms, width), next = now;
+  for (Index i = 0; i < n; ++i) now(i, at.x0() + i) = 1;
+  // [x; y]' = fixed [x; u; f; 1] and [S; dy]' = moving [S; F]: the moving one follows df/dx.
+  Matrix fixed = Matrix::Zero(n + p, at.regressors());
+  RowMajor moving(n + p, terms);
+  fixed.leftCols(n) << linear.A, linear.C;
+  fixed.middleCols(n, m) << linear.B, linear.D;
+  fixed.middleCols(n + m, q) << model.Bt, model.Dt;
+  fixed.bottomRightCorner(p, 1) = linear.y0;
+  moving << fixed.leftCols(n), fixed.middleCols(n + m, q);
+  const RowMajor W = model.map ? model.map->W : Matrix(q, 0);
+  Vector regressors = Vector::Ones(at.regressors()), response(n + p), phi(h), df_dxi(n + m);
+  regressors.head(n) = x0;
+  regressors.segment(n + m, q).setZero();
+  std::vector<Matrix> rows(static_cast<std::size_t>(p), Matrix::Zero(row.size, kBlock));
 
   for (Index first = 0; first < u.cols(); first += kBlock) {
     const Index count = std::min(kBlock, u.cols() - first);
     for (Index k = 0; k < count; ++k) {
-      if (!(x.array().abs() <= kStateGuard).all()) return false;
-      const auto u_k = u.col(first + k);
+      if (!(regressors.head(n).array().abs() <= kStateGuard).all()) return false;
+      regressors.segment(n, m) = u.col(first + k);
       if (model.map) {
         const StaticMap& map = *model.map;
-        xi << x, u_k;
-        map.basis(xi.data(), phi.data());
-        f.noalias() = map.W * phi + map.b + map.L * xi;
+        map.value(regressors.data(), regressors.data() + n + m, phi.data());
+        for (Index i = 0; i < n + p; ++i)
+          for (Index j = 0; j < n; ++j) moving(i, j) = fixed(i, j);
         for (Index i = 0; i < q; ++i) {
-          double* theta = F.data() + i * at.map;
-          w = map.W.row(i);
-          map.slopes(xi.data(), phi.data(), w.data(), df_dxi.data(), theta);
-          df_dx.row(i) = df_dxi.head(n).transpose() + map.L.row(i).head(n);
+          double* theta = &now(n + i, at.theta());
+          map.slopes(regressors.data(), phi.data(), W.data() + i * h, df_dxi.data(), theta);
           for (Index j = 0; j < h; ++j) theta[inner + j * q + i] = phi(j);
           theta[inner + q * h + i] = 1;
+          for (Index l = 0; l < n + p; ++l)
+            for (Index j = 0; j < n; ++j) moving(l, j) += moving(l, n + i) * (df_dxi(j) + map.L(i, j));
         }
-        A_total.noalias() = linear.A + model.Bt * df_dx;
-        C_total.noalias() = linear.C + model.Dt * df_dx;
       }
-
-      y_block.col(k).noalias() = linear.C * x + linear.D * u_k + model.Dt * f + linear.y0;
+      response.setZero();
+      for (Index j = 0; j < at.regressors(); ++j)
+        for (Index i = 0; i < n + p; ++i) response(i) += fixed(i, j) * regressors(j);
       for (Index i = 0; i < p; ++i) {
-        double* row = J_block.data() + (k * p + i) * P;
-        combine(row, C_total.data() + i * n, S.data(), n, dynamic);
-        std::fill(row + dynamic, row + P, 0.0);
-        for (Index j = 0; j < q; ++j) add_scaled(row + at.theta(), model.Dt(i, j), F.data() + j * at.map, at.map);
-        for (Index j = 0; j < n; ++j) row[at.C() + j * p + i] += x(j);
-        for (Index j = 0; j < m; ++j) row[at.D() + j * p + i] += u_k(j);
-        for (Index j = 0; j < q; ++j) row[at.Dt() + j * p + i] += f(j);
-        row[at.y0() + i] += 1;
+        double* column = rows[static_cast<std::size_t>(i)].data() + k * row.size;
+        combine(column, &moving(n + i, 0), now.data(), terms, width);
+        std::copy_n(regressors.data(), at.regressors(), column + row.regressors);
+        column[row.output] = response(n + i);
       }
-
       for (Index i = 0; i < n; ++i) {
-        double* row = S_next.data() + i * dynamic;
-        combine(row, A_total.data() + i * n, S.data(), n, dynamic);
-        for (Index j = 0; j < q; ++j) add_scaled(row + at.theta(), model.Bt(i, j), F.data() + j * at.map, at.map);
-        for (Index j = 0; j < n; ++j) row[at.A() + j * n + i] += x(j);
-        for (Index j = 0; j < m; ++j) row[at.B() + j * n + i] += u_k(j);
-        for (Index j = 0; j < q; ++j) row[at.Bt() + j * n + i] += f(j);
+        double* state = &next(i, 0);
+        combine(state, &moving(i, 0), now.data(), terms, width);
+        for (Index j = 0; j < n; ++j) state[at.A() + j * n + i] += regressors(j);
+        for (Index j = 0; j < m; ++j) state[at.B() + j * n + i] += regressors(n + j);
+        for (Index j = 0; j < q; ++j) state[at.Bt() + j * n + i] += regressors(n + m + j);
       }
-      S.swap(S_next);
-      x_next.noalias() = linear.A * x + linear.B * u_k + model.Bt * f;
-      x.swap(x_next);
+      now.swap(next);
+      regressors.head(n) = response.head(n);
     }
-    receive(first, y_block.leftCols(count), J_block.leftCols(p * count));
+    receive(first, count, rows);
   }
   return true;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "core/model/nonlinear.hpp"
 
@@ -23,6 +24,11 @@ struct ParameterLayout {
   Index Dt() const { return D() + p * m; }
   Index y0() const { return Dt() + p * q; }
   Index size() const { return y0() + p; }
+
+  /// [C D Dt y0] act on one output a row, with the same regressors [x; u; f; 1] for every output: parameter of output i
+  /// and regressor j.
+  Index direct(Index i, Index j) const { return C() + j * p + i; }
+  Index regressors() const { return n + m + q + 1; }
 };
 
 ParameterLayout layout_of(const NonlinearModel& model);
@@ -30,13 +36,22 @@ Vector pack(const NonlinearModel& model, ConstVectorRef x0);
 /// Overwrites the matrices of `model` and x0; the map is cloned, so other holders of it are not changed.
 void unpack(ConstVectorRef parameters, NonlinearModel& model, Vector& x0);
 
-/// Receives consecutive blocks of the free run: first sample, y (p x K) and J (P x (p K); the column of output i at the
-/// block's sample k is p k + i), the derivative of y with respect to the packed parameters.
-using SensitivityBlock = std::function<void(Index first, ConstMatrixRef y, ConstMatrixRef J)>;
+/// A Jacobian row without its zeros, as a column: [dy_i/d(dynamic parameters); x; u; f; 1; y_i; zeros]. A receiver may
+/// overwrite y_i by an error: one product then holds J'J, J'r and r'r.
+struct SensitivityRow {
+  explicit SensitivityRow(const ParameterLayout& at)
+      : regressors(at.dynamic()), output(regressors + at.regressors()), size((output + 8) / 8 * 8) {}
+  Index regressors, output;  ///< where they start
+  Index size;                ///< a multiple of 8
+};
+
+/// Receives consecutive blocks of the free run: number of the first sample, samples K, and for each of the p outputs a
+/// matrix whose first K columns are its rows (SensitivityRow).
+using SensitivityBlock = std::function<void(Index first, Index count, std::vector<Matrix>& rows)>;
 
 /// Free run with sensitivities  s_{k+1} = (A + Bt df/dx) s_k + d(x_{k+1})/d(parameters), handed out block by block so
 /// that memory does not grow with N. Returns false if the run left the state guard (blocks seen so far are void).
-/// Cost O(N P (n^2 + p n)).
+/// Cost O(N D (n + p) (n + q)) for D dynamic parameters.
 bool free_run_sensitivities(const NonlinearModel& model, ConstMatrixRef u, ConstVectorRef x0,
                             const SensitivityBlock& receive);
 

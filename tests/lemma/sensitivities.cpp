@@ -61,13 +61,21 @@ TEST_CASE("the free-run sensitivities equal central differences for every block 
   const Case c = make_case(71);  // 300 samples: three blocks, the last one short
   const ParameterLayout at = layout_of(c.model);
   const Vector theta = pack(c.model, c.x0);
-  Matrix J(at.size(), 2 * c.u.cols()), y(2, c.u.cols());
+  const SensitivityRow row(at);
+  Matrix J = Matrix::Zero(at.size(), 2 * c.u.cols()), y(2, c.u.cols());
   Index seen = 0;
-  REQUIRE(free_run_sensitivities(c.model, c.u, c.x0, [&](Index first, ConstMatrixRef run, ConstMatrixRef block) {
+  REQUIRE(free_run_sensitivities(c.model, c.u, c.x0, [&](Index first, Index count, const std::vector<Matrix>& rows) {
     CHECK(first == seen);  // consecutive, without gaps
-    seen += run.cols();
-    y.middleCols(first, run.cols()) = run;
-    J.middleCols(2 * first, 2 * run.cols()) = block;
+    seen += count;
+    for (Index i = 0; i < 2; ++i)
+      for (Index k = 0; k < count; ++k) {
+        const auto values = rows[static_cast<std::size_t>(i)].col(k);
+        auto column = J.col(2 * (first + k) + i);
+        column.head(at.dynamic()) = values.head(at.dynamic());
+        for (Index j = 0; j < at.regressors(); ++j) column(at.direct(i, j)) = values(row.regressors + j);
+        y(i, first + k) = values(row.output);
+        CHECK(values.tail(row.size - row.output - 1).norm() == 0);
+      }
   }));
   CHECK(seen == c.u.cols());
   CHECK(relative_difference(y, free_run(c.model, c.u, c.x0).y) < 1e-13);
@@ -149,7 +157,7 @@ TEST_CASE("a free run that diverges stops at the guard, and every derivative of 
   CHECK(run.x.cwiseAbs().maxCoeff() <= kStateGuard);
   CHECK(run.y.rightCols(c.u.cols() - run.stopped_at).norm() == 0);
   CHECK(run.y.col(run.stopped_at - 1).norm() > 0);
-  CHECK_FALSE(free_run_sensitivities(c.model, c.u, c.x0, [](Index, ConstMatrixRef, ConstMatrixRef) {}));
+  CHECK_FALSE(free_run_sensitivities(c.model, c.u, c.x0, [](Index, Index, const std::vector<Matrix>&) {}));
 
   const auto problem = free_run_problem(c.model, c.u, Matrix::Zero(2, c.u.cols()), Vector::Ones(2), 0);
   const Vector theta = pack(c.model, c.x0);
@@ -174,7 +182,7 @@ TEST_CASE("a state that is not a number never passes the guard, in whichever pla
     const FreeRun run = free_run(c.model, c.u, x0);
     CHECK(run.status == Status::outside_domain);
     CHECK(run.stopped_at == 0);
-    CHECK_FALSE(free_run_sensitivities(c.model, c.u, x0, [](Index, ConstMatrixRef, ConstMatrixRef) {}));
+    CHECK_FALSE(free_run_sensitivities(c.model, c.u, x0, [](Index, Index, const std::vector<Matrix>&) {}));
   }
 }
 
