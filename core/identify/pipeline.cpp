@@ -219,7 +219,7 @@ bool fit_map_anew(const Run& run, const NonlinearModel& refined, const Vector& x
   Extended system{refined.linear, refined.Bt, refined.Dt, x0};
   // Most of what is left is the map's error, which f explains; a third stands for the rest.
   const Trajectory along = reconstruct(run, system, left / 3, pass);
-  if (pass.status == Status::ok) fit_map(run, system, along, 1, pass);
+  if (pass.status == Status::ok) fit_map(run, system, along, run.options.map_starts, pass);
   return pass.status == Status::ok;
 }
 

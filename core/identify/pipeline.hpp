@@ -36,7 +36,8 @@ struct PipelineOptions {
     visit("direction", direction, Choices{{"trackability", "input"}},
           "first [Bt; Dt]: by eq. (17), which needs q < p, or from physics: f enters where the first inputs do");
     visit("passes", passes, Range{1, 20}, "-", "rounds of steps 3 to 5; the best by training free run is kept");
-    visit("map_starts", map_starts, Range{1, 50}, "-", "random starts of the static map in the first pass");
+    visit("map_starts", map_starts, Range{1, 50}, "-",
+          "random starts of the static map in the first pass and in every round of the refinement");
     visit("map_iterations", map_iterations, Range{1, 1000}, "-", "cap on the map's iterations a start");
     visit("refine_rounds", refine_rounds, Range{0, 50}, "-",
           "times at most the map is fitted anew from the refined linear part, against its local minima");
