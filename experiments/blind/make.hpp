@@ -24,12 +24,13 @@ struct BlindMakeRequest {
 /// nothing, DIR/manifest.json (number of cases, SHA-256 of the key), KEYDIR/key.json and, unless the config says
 /// `"truth": false`, KEYDIR/truth/case_NNN/{records.json, val_long.csv.gz, beyond.csv.gz}, free of noise.
 ///
-/// Key: an array, an entry a case: case, set, class, plant, drive, coloured, noise (relative RMS), strength_class (weak
-/// 0.3 to 0.7, medium to 2, strong to 6; of class parameter thirds of 4 to 8 tolerances; none), gap_sigma (what
-/// re-tuning inside the tolerances leaves, RMS over the noise's, to first order), gap_delivered_sigma (without
-/// re-tuning), effects
-/// [{effect, location, in_catalogue, form, strength, unit}]. Cases whose effect cannot reach its gap are left out:
-/// their entries stand at the end with `"case": null` and `"strength_class": "unreachable"`, and stderr names them.
+/// Key: an array, an entry a case: case, set, class, plant, drive, coloured, noise (relative RMS), strength_class
+/// (weak, medium, strong: re-tuning inside the tolerances leaves 0.3 to 0.7, to 2, to 6 times the noise, in class
+/// double of each effect alone; in class parameter thirds of 4 to 8 tolerances; "none" in class none), gap_sigma (what
+/// re-tuning leaves, RMS over the noise's, pooled over channels; 0 in class parameter, whose errors a re-tuning beyond
+/// the tolerance takes up), gap_delivered_sigma (the same without re-tuning), effects [{effect, location, in_catalogue,
+/// form, strength, unit}]. Cases whose effect cannot reach its gap are left out: their entries stand at the end with
+/// `"case": null`, `"strength_class": "unreachable"` and `why`, and stderr names them.
 ///
 /// @return 0. UserError for every mistake in the config, a folder that is not empty, a key inside DIR.
 int run_blind_make(const BlindMakeRequest& request);

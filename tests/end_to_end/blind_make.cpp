@@ -22,6 +22,7 @@ fs::path config_in(const test::Folder& folder, const Json& first = Json::object(
   Json config = parse_json(read_file(configs / "blind_smoke.json"), "smoke");
   for (Json& set : config["sets"]) {
     set["samples"] = 600;
+    if (set["class"] == "none") set["seeds"] = 1;
     set["plant"] = parse_json(read_file(configs / "plants/quarter_car.json"), "plant");
   }
   config["sets"][0].update(first);
@@ -58,13 +59,13 @@ TEST_CASE("a set of blind cases is the same bytes whatever the number of threads
       CHECK(read_file(item.path()) == read_file(folder / (std::string(top) + "2") / inside));
       names.push_back(inside.generic_string());
     }
-  CHECK(names.size() == 4 * (5 + 3) + 2);
+  CHECK(names.size() == 3 * (5 + 3) + 2);
 
   const Json key = parse_json(read_file(folder / "key1" / "key.json"), "key.json");
   const Json manifest = parse_json(read_file(folder / "out1" / "manifest.json"), "manifest.json");
-  CHECK(manifest["cases"] == 4);
+  CHECK(manifest["cases"] == 3);
   CHECK(manifest["key_sha256"] == blind::sha256(read_file(folder / "key1" / "key.json")));
-  REQUIRE(key.size() == 4);
+  REQUIRE(key.size() == 3);
   for (const Json& entry : key) {
     const fs::path place = folder / "out1" / entry["case"].get<std::string>();
     CAPTURE(entry.dump());
@@ -91,7 +92,7 @@ TEST_CASE("a set of blind cases is the same bytes whatever the number of threads
       sum += (record.y - delivered.signal.y).row(i).segment(settled, count).squaredNorm() / (sigma * sigma);
     }
     const double gap = std::sqrt(sum / static_cast<double>(count * apart.rows()) - 1);
-    CHECK(gap == Approx(entry["gap_delivered_sigma"].get<double>()).epsilon(0.3));
+    CHECK(gap == Approx(entry["gap_delivered_sigma"].get<double>()).epsilon(0.2));
     CHECK(entry["gap_sigma"].get<double>() < 0.1);
   }
 }

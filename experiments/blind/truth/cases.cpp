@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/base/status.hpp"
 #include "experiments/blind/truth/system.hpp"
@@ -116,7 +117,7 @@ Wanted placed(Wanted wanted, const Plan& plan, Random& random) {
   return wanted;
 }
 
-/// Two different effects; every other pair stands at one place where the plant allows it.
+/// Two different effects, at one place or at two.
 std::vector<Wanted> pair_of(const Set& set, bool same_place, Random& random) {
   const auto draw = [&] {
     const auto count = static_cast<Index>(set.effects.size());
@@ -130,17 +131,31 @@ std::vector<Wanted> pair_of(const Set& set, bool same_place, Random& random) {
   throw UserError("set \"" + set.common.set + "\": expected effects of which two can stand together");
 }
 
+/// The entry whose turn it is: all of them once in each round, every round in an order of its own, so that no drive or
+/// noise always meets the same strength. @param use keeps lists apart
+const std::string& in_turn(const std::vector<std::string>& list, std::size_t turn, const CaseSpec& first,
+                           std::uint64_t use) {
+  Random random(first.seed, Stream::parameters, first.number + turn / list.size(), use);
+  std::vector<std::size_t> order(list.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  for (std::size_t i = order.size(); i > 1; --i)
+    std::swap(order[i - 1], order[static_cast<std::size_t>(random.integer(static_cast<Index>(i)))]);
+  return list[order[turn % list.size()]];
+}
+
 void expand(const Set& set, std::vector<CaseSpec>& cases) {
   std::size_t turn = 0;
+  CaseSpec first = set.common;
+  first.number = cases.size();
   const auto add = [&](const std::vector<Wanted>& wanted, const std::string& strength) {
     CaseSpec spec = set.common;
     spec.number = cases.size();
     Random random(spec.seed, Stream::parameters, spec.number, 0);
     for (const Wanted& one : wanted) spec.effects.push_back(placed(one, *spec.plan, random));
-    if (spec.case_class == "double") spec.effects = pair_of(set, turn % 2 == 0, random);
+    if (spec.case_class == "double") spec.effects = pair_of(set, turn / set.strengths.size() % 2 == 0, random);
     spec.strength_class = strength;
-    spec.drive.name = set.drives[turn % set.drives.size()];
-    spec.coloured = set.noises[turn / set.drives.size() % set.noises.size()] == "coloured";
+    spec.drive.name = in_turn(set.drives, turn, first, 3);
+    spec.coloured = in_turn(set.noises, turn, first, 4) == "coloured";
     ++turn;
     cases.push_back(std::move(spec));
   };

@@ -34,7 +34,8 @@ struct CaseSpec {
 ///  "strengths"?: ["weak", "medium", "strong"], "seeds"?: 1 (cases of each effect and strength; of class none and
 ///  double: how many cases), "drives"?: ["multisine"], "level"?: 0.008 (RMS of the drive), "band_hz"?: [0.3, 25],
 ///  "noise"?: ["white"] (white, coloured), "noise_relative"?: [0.01, 0.02], "samples"?: 8000}.
-/// Drives and noises take turns; where a place is not named it is drawn. UserError on every mistake.
+/// Drives and noises take turns in drawn orders; where a place is not named it is drawn; pairs of effects stand at one
+/// place and at two by turns. UserError on every mistake.
 /// @param seed replaces that of the config where it is given
 std::vector<CaseSpec> read_cases(const JsonCursor& config, std::optional<std::uint64_t> seed);
 

@@ -5,14 +5,21 @@
 
 namespace wheelhop::blind {
 
+namespace {
+
+std::vector<EffectKind> joined(std::initializer_list<std::vector<EffectKind>> lists) {
+  std::vector<EffectKind> all;
+  for (const std::vector<EffectKind>& list : lists) all.insert(all.end(), list.begin(), list.end());
+  return all;
+}
+
+}  // namespace
+
 const std::vector<EffectKind>& effect_kinds(Family family) {
-  static const std::vector<EffectKind> catalogue = [] {
-    std::vector<EffectKind> all;
-    for (const auto& kinds : {strut_kinds(), damper_kinds(), tyre_kinds(), mass_kinds(), drive_kinds(), sensor_kinds()})
-      all.insert(all.end(), kinds.begin(), kinds.end());
-    return all;
-  }();
-  static const std::vector<EffectKind> unknown = unknown_kinds(), parameter = parameter_kinds();
+  static const std::vector<EffectKind> catalogue =
+      joined({strut_kinds(), damper_kinds(), tyre_kinds(), mass_kinds(), drive_kinds(), sensor_kinds()});
+  static const std::vector<EffectKind> unknown = joined({unknown_strut_kinds(), unknown_mass_kinds()});
+  static const std::vector<EffectKind> parameter = parameter_kinds();
   return family == Family::catalogue ? catalogue : family == Family::unknown ? unknown : parameter;
 }
 

@@ -63,14 +63,15 @@ enum class Family { catalogue, unknown, parameter };
 /// The kinds of a family, in a fixed order.
 const std::vector<EffectKind>& effect_kinds(Family family);
 
-// Helpers of the families' files.
+// One list a file.
 std::vector<EffectKind> strut_kinds();
 std::vector<EffectKind> damper_kinds();
 std::vector<EffectKind> tyre_kinds();
 std::vector<EffectKind> mass_kinds();
 std::vector<EffectKind> drive_kinds();
 std::vector<EffectKind> sensor_kinds();
-std::vector<EffectKind> unknown_kinds();
+std::vector<EffectKind> unknown_strut_kinds();
+std::vector<EffectKind> unknown_mass_kinds();
 std::vector<EffectKind> parameter_kinds();
 
 std::vector<std::string> struts(const Plan& plan);          ///< elements with spring and damper away from the drive

@@ -27,7 +27,7 @@ std::optional<Formed> power_law(const Surroundings& rig, const std::string& plac
   const double load = rig.static_load_n(e), stiffness = base_laws(*rig.plan, rig.theta, e).stiffness_at_rest();
   if (!(load > 0) || !(stiffness > 0)) return std::nullopt;
   const double side = relief(*rig.plan, e), rest = load / stiffness;
-  return Formed{1e-3, 0.8, [=](double size) {
+  return Formed{1e-3, 0.5, [=](double size) {
                   PowerLaw f;
                   f.side = side;
                   f.exponent = 1 + size;

@@ -38,6 +38,9 @@ Surroundings surroundings(const TrueSystem& plain, const Observation& seen, cons
   return rig;
 }
 
+/// Rounds of re-tuning while a size is sought, and for the gap that the key tells.
+constexpr int search_rounds = 1, key_rounds = 4;
+
 /// How near, as a ratio, a search comes to its target.
 constexpr double search_ratio = 1.05;
 
@@ -99,15 +102,14 @@ class Preparation {
       }
       const Range range = gap_range(done_.spec.strength_class);
       const double target = log_between(random_, range.low * search_ratio, range.high / search_ratio);
-      const Search found = find_size(formed->smallest, formed->largest, target,
-                                     [&](double size) { return gap_of({formed->at_size(size)}); });
+      const Search found = sized(*formed, target, range);
       if (!(found.gap >= range.low && found.gap <= range.high))
         return unreachable(wanted, "no size gives the gap of " + std::to_string(target) + " sigma; nearest " +
                                        std::to_string(found.gap));
       with_effects.effects.push_back(formed->at_size(found.size));
     }
     const Matrix change = change_by(with_effects.effects);
-    done_.gap_sigma = retuning_->left_of(change);
+    if (done_.spec.case_class != "parameter") done_.gap_sigma = retuning_->left_of(change, key_rounds);
     done_.delivered_sigma = retuning_->delivered(change);
     done_.system = std::move(with_effects);
     return std::move(done_);
@@ -132,9 +134,24 @@ class Preparation {
     return y - base_.clean;
   }
 
-  double gap_of(const std::vector<TrueEffect>& effects) const {
+  /// The size for a gap, by quick re-tuning first; where careful re-tuning then finds another gap, for a corrected
+  /// target.
+  Search sized(const Formed& formed, double target, Range range) const {
+    double aim = target;
+    Search found;
+    for (int attempt = 0; attempt < 3; ++attempt) {
+      found = find_size(formed.smallest, formed.largest, aim,
+                        [&](double size) { return gap_of({formed.at_size(size)}, search_rounds); });
+      found.gap = gap_of({formed.at_size(found.size)}, key_rounds);
+      if (found.gap >= range.low && found.gap <= range.high) break;
+      aim *= target / found.gap;
+    }
+    return found;
+  }
+
+  double gap_of(const std::vector<TrueEffect>& effects, int rounds) const {
     try {
-      return retuning_->left_of(change_by(effects));
+      return retuning_->left_of(change_by(effects), rounds);
     } catch (const RigFailure&) {
       return std::numeric_limits<double>::infinity();  // too strong for the plant's laws
     }

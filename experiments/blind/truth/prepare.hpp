@@ -16,14 +16,14 @@ struct Prepared {
   TrueSystem system;
   double noise_relative = 0;
   Vector noise_std;            ///< p
-  double gap_sigma = 0;        ///< left by re-tuning, RMS over the noise's, pooled over channels
-  double delivered_sigma = 0;  ///< left by the plant as delivered, parameters' share linearised
+  double gap_sigma = 0;        ///< left by re-tuning, RMS over the noise's, pooled over channels; 0 for class parameter
+  double delivered_sigma = 0;  ///< left by the plant as delivered
   std::string unreachable;     ///< why there is no such case; empty where there is one
 };
 
 std::vector<Command> commands_of(const CaseSpec& spec, Realisation realisation);
 
-/// Cost: a run a parameter and about six an effect, of the length of one record.
+/// Cost: a run a parameter and about a dozen an effect, of the length of one record.
 Prepared prepare(const CaseSpec& spec);
 
 }  // namespace wheelhop::blind

@@ -3,21 +3,30 @@
 #include <cmath>
 
 namespace wheelhop::blind {
+namespace {
+
+double rms(const Vector& values) { return std::sqrt(values.squaredNorm() / static_cast<double>(values.size())); }
+
+}  // namespace
 
 Retuning::Retuning(const TrueSystem& plain, const Playback& playback, const ObserveOptions& options, const Matrix& base,
                    const Vector& sigma, const Vector& off)
-    : sigma_(sigma), off_(off), tangents_(base.size(), off.size()) {
+    : plain_(plain),
+      playback_(playback),
+      options_(options),
+      base_(base),
+      sigma_(sigma),
+      off_(off),
+      tolerance_(off.size()),
+      tangents_(base.size(), off.size()) {
   constexpr double step = 0.5;
   for (Index i = 0; i < off.size(); ++i) {
     const Parameter& parameter = plain.plan->parameters[static_cast<std::size_t>(i)];
-    const double change = step * parameter.tolerance * parameter.value;
-    if (change == 0) {
+    tolerance_(i) = parameter.tolerance * parameter.value;
+    if (tolerance_(i) == 0)
       tangents_.col(i).setZero();
-      continue;
-    }
-    TrueSystem moved = plain;
-    moved.theta(i) += change;
-    tangents_.col(i) = scaled(observe(moved, playback, options).clean - base) / step;
+    else
+      tangents_.col(i) = -misfit(Matrix::Zero(base.rows(), base.cols()), -step * Vector::Unit(off.size(), i)) / step;
   }
   normal_.compute(tangents_.transpose() * tangents_ + Matrix::Identity(off.size(), off.size()));
 }
@@ -27,15 +36,38 @@ Vector Retuning::scaled(const Matrix& change) const {
   return over_noise.reshaped();
 }
 
-double Retuning::left_of(const Matrix& change) const {
-  const Vector d = scaled(change);
-  const Vector c = normal_.solve(off_ - tangents_.transpose() * d);
-  return std::sqrt((d + tangents_ * c).squaredNorm() / static_cast<double>(d.size()));
+Vector Retuning::misfit(const Matrix& change, const Vector& c) const {
+  TrueSystem moved = plain_;
+  moved.theta -= c.cwiseProduct(tolerance_);
+  return scaled(base_ + change - observe(moved, playback_, options_).clean);
 }
 
-double Retuning::delivered(const Matrix& change) const {
-  const Vector d = scaled(change);
-  return std::sqrt((d + tangents_ * off_).squaredNorm() / static_cast<double>(d.size()));
+double Retuning::left_of(const Matrix& change, int rounds) const {
+  Vector c = Vector::Zero(off_.size()), left = scaled(change);
+  const auto cost = [&](const Vector& at, const Vector& misfit) {
+    return misfit.squaredNorm() + (off_ - at).squaredNorm();
+  };
+  for (int round = 0; round < rounds; ++round) {
+    Vector step = normal_.solve(off_ - c - tangents_.transpose() * left);
+    bool better = false;
+    // A step that leaves the plant's laws, or makes things worse, is halved.
+    for (int halving = 0; halving < 3 && !better; ++halving, step /= 2) {
+      Vector trial;
+      try {
+        trial = misfit(change, c + step);
+      } catch (const RigFailure&) {
+        continue;
+      }
+      better = cost(c + step, trial) < cost(c, left);
+      if (!better) continue;
+      c += step;
+      left = std::move(trial);
+    }
+    if (!better) break;
+  }
+  return rms(left);
 }
+
+double Retuning::delivered(const Matrix& change) const { return rms(misfit(change, off_)); }
 
 }  // namespace wheelhop::blind
