@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <map>
 
 #include "core/gap/rivals.hpp"
@@ -16,7 +17,7 @@ constexpr double kLimit = 0.99;         // no probability is ever 1
 constexpr double kNotice = 40;          // fall of chi2 over the noise's colour from which an effect is more than chance
 constexpr double kWorthFitting = 0.25;  // of that, expected by the screen
 constexpr double kOutOfTolerance = 3;   // surprise of a parameter
-constexpr double kExplains = 0.6;       // closure below which no family of the catalogue fits
+constexpr double kExplains = 0.7;       // closure below which no family of the catalogue fits
 constexpr double kSecond = 0.5;         // share of what is left that a second effect has to remove
 constexpr double kWorthSecond = 0.03;   // share of the gap that must be left for a second effect to be looked for
 constexpr double kConsidered = 0.05;    // probability from which a rival is named
@@ -26,7 +27,8 @@ constexpr double kRoundingSeen = 0.95;  // probability of a lattice that was see
 constexpr double kPlausible = -4;       // log density of an answer's sizes, below which they are odd
 constexpr double kSame = 0.9;           // closure from which a rival would have done as well
 constexpr double kTooSmall = 0.1;       // misfit - 1 below which an unexplained gap is no ground for any statement
-constexpr std::size_t kBeam = 3;        // first effects to which a second is tried
+constexpr const char* kGuide = "guide:";
+constexpr std::size_t kBeam = 3;  // first effects to which a second is tried
 
 /// What has been computed and is being judged.
 struct Case {
@@ -102,15 +104,15 @@ void name_unknown(const Case& c, Diagnosis& diagnosis) {
     std::vector<std::string> entries = place.same;
     entries.insert(entries.begin(), place.location);
     for (const std::string& entry : entries)
-      if (entry.starts_with("guide:")) {
-        location = entry.substr(6);  // a force on the mass itself
+      if (entry.starts_with(kGuide)) {
+        location = entry;
         break;
       }
     diagnosis.outcome = GapOutcome::exogenous;
-    diagnosis.named = {"exogenous_force@" + location};
-  } else {
-    diagnosis.named = {"unknown@" + location};
   }
+  // A force between the ground and a mass is one on the mass.
+  if (location.starts_with(kGuide)) location.erase(0, std::strlen(kGuide));
+  diagnosis.named = {(diagnosis.outcome == GapOutcome::exogenous ? "exogenous_force@" : "unknown@") + location};
 }
 
 /// A converter whose steps make most of the noise: no model removes them, but they are the reason for the floor.
@@ -139,7 +141,8 @@ bool name_rounding(const Case& c, Diagnosis& diagnosis) {
 void name_parameter(const Case& c, const Rival& rival, Diagnosis& diagnosis) {
   std::vector<FitParameter> free = c.study.tolerances;
   free[rival.hypothesis].prior_std = 0;
-  const Hypothesis answer = fit_hypothesis(c.study, c.study.nominal, free);
+  Hypothesis answer = fit_from(c.study, c.retuned, free);
+  if (!answer.fit.error.empty()) linearise(answer.fit, free, c.study.data.fitted);
   const Hypothesis& best = answer.fit.error.empty() ? c.retuned : answer;
   diagnosis.outcome = GapOutcome::parameter;
   diagnosis.named = {rival.name()};
@@ -236,7 +239,10 @@ void judge(const Case& c, Diagnosis& diagnosis) {
     if (!name_rounding(c, diagnosis) && left > kTooSmall) name_unknown(c, diagnosis);
     return;
   }
-  for (Rival& parameter : parameter_rivals(c.study, c.retuned)) rivals.push_back(std::move(parameter));
+  // A parameter that is free inside its tolerance, and a wide one, would have been tuned to the floor.
+  if (left <= kTooSmall || rivals.empty())
+    for (Rival& parameter : parameter_rivals(c.study, c.retuned)) rivals.push_back(std::move(parameter));
+  if (rivals.empty()) return name_unknown(c, diagnosis);
   double best = c.retuned.chi2;
   for (const Rival& rival : rivals) best = std::min(best, rival.chi2);
   weigh(rivals, {diagnosis.floor.colour, c.retuned.chi2 - best, c.floor_chi2()});

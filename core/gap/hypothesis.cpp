@@ -123,6 +123,15 @@ Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<Fi
   return hypothesis;
 }
 
+Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitParameter> parameters) {
+  Hypothesis hypothesis;
+  hypothesis.parameters = std::move(parameters);
+  hypothesis.start = base.start;
+  complete(study, study.thorough, {study.iterations, &base.fit, false, base.fit.theta},
+           {study.iterations, &base.held_out, false}, hypothesis);
+  return hypothesis;
+}
+
 std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options) {
   Operation operation;
   if (!operation_of(base.fit.plant, study.data.fitted, base.fit.initial_states, operation)) return {};

@@ -60,6 +60,9 @@ struct Study {
 /// The plant itself with some parameters free. Linearised. `fit.error` is empty where a simulation failed.
 Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<FitParameter> parameters);
 
+/// The plant of a hypothesis, from its solution on, with other priors. Not linearised.
+Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitParameter> parameters);
+
 /// Adds one effect to a hypothesis in all ways that the fast screen finds worth a fit.
 struct ExtendOptions {
   Index shortlist = 10;      ///< fits at most, the best of the screen first

@@ -1,15 +1,18 @@
 #include "core/gap/rivals.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
 namespace wheelhop {
 namespace {
 
-constexpr double kLimit = 0.99;      // no probability is ever 1
-constexpr double kOfGap = 0.01;      // a of `weigh`
-constexpr double kParameter = 1.5;   // what one more parameter has to bring, in log p
-constexpr double kOfRemains = 0.05;  // b
+constexpr double kLimit = 0.99;       // no probability is ever 1
+constexpr double kOfGap = 0.01;       // a of `weigh`
+constexpr double kNotSurprising = 1;  // of a parameter: without its prior it would be no better
+constexpr double kParameter = 1.5;    // what one more parameter has to bring, in log p
+constexpr double kOfRemains = 0.05;   // b
 
 std::string error_id(const std::string& parameter) {
   if (parameter.find("mass_kg") != std::string::npos) return "mass_error";
@@ -41,16 +44,21 @@ std::vector<Rival> rivals_of(const std::vector<Hypothesis>& hypotheses) {
 std::vector<Rival> parameter_rivals(const Study& study, const Hypothesis& retuned) {
   const Vector t = surprises(retuned.fit, static_cast<Index>(study.tolerances.size()));
   const std::vector<PlantParameter> parameters = plant_parameters(study.nominal);
+  const double occam = kParameter * static_cast<double>(study.tolerances.size());
   std::vector<Rival> rivals;
   for (std::size_t i = 0; i < study.tolerances.size(); ++i) {
+    if (std::abs(t(static_cast<Index>(i))) < kNotSurprising) continue;
     const std::string& name = study.tolerances[i].name;
     const auto known =
         std::find_if(parameters.begin(), parameters.end(), [&](const PlantParameter& p) { return p.name == name; });
-    // Linear beyond its range t would promise more than the priors can give back: they are all that is left over.
-    const double surprise = std::min(std::abs(t(static_cast<Index>(i))), retuned.fit.theta.norm());
-    rivals.push_back({error_id(name), known->location, i, true, retuned.chi2 - surprise * surprise,
-                      -kParameter * static_cast<double>(study.tolerances.size())});
+    rivals.push_back({error_id(name), known->location, i, true, retuned.chi2, -occam});
   }
+  tbb::parallel_for(std::size_t{0}, rivals.size(), [&](std::size_t k) {
+    std::vector<FitParameter> free = study.tolerances;
+    free[rivals[k].hypothesis].prior_std = 0;
+    const Hypothesis fitted = fit_from(study, retuned, free);
+    if (!fitted.fit.error.empty()) rivals[k].chi2 = std::min(fitted.chi2, retuned.chi2);
+  });
   return rivals;
 }
 

@@ -29,7 +29,8 @@ struct Rival {
 /// One rival a hypothesis: the last of its effects.
 std::vector<Rival> rivals_of(const std::vector<Hypothesis>& hypotheses);
 
-/// Parameters of the plant that may be out of tolerance, by what dropping their prior would do.
+/// Parameters of the plant that may be out of tolerance: those whose surprise is above 1, fitted again without their
+/// prior, side by side. `hypothesis` is the number of the parameter.
 std::vector<Rival> parameter_rivals(const Study& study, const Hypothesis& retuned);
 
 /// What the probabilities are weighed with.

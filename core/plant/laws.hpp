@@ -47,6 +47,9 @@ struct LawMemory {
   /// Force f [N] and rates z' [1/s times the state]; false outside the domain.
   bool (*force)(std::span<const double> p, double x, double v, const double* z, double& f, double* z_rate) = nullptr;
   bool (*slopes)(std::span<const double> p, double x, double v, const double* z, MemorySlopes& slopes) = nullptr;
+  /// What a step dx of the travel does to the states, where it is known in closed form: a held drive moves in steps.
+  /// Without it the step counts as the velocity of the interval that follows.
+  void (*jump)(std::span<const double> p, double dx, double* z) = nullptr;
   /// Stored energy [J] of the states alone, and the power turned into heat [W]: force * v = energy' + dissipation.
   double (*energy)(std::span<const double> p, const double* z) = nullptr;
   double (*dissipation)(std::span<const double> p, double x, double v, const double* z) = nullptr;

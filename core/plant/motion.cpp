@@ -60,6 +60,16 @@ Motion::Motion(const Plant& plant) {
     else
       inputs_.push_back({-1, plant.node(input.from), plant.node(input.to)});
   }
+  for (Branch& branch : branches_) {
+    branch.driven = -1;
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      if (inputs_[i].node < 0) continue;
+      const auto node = static_cast<std::size_t>(inputs_[i].node);
+      if (node != branch.from && node != branch.to) continue;
+      branch.driven = static_cast<int>(i);
+      branch.driven_sign = node == branch.to ? 1 : -1;
+    }
+  }
   for (const Sensor& sensor : plant.sensors)
     sensors_.push_back({sensor.kind, plant.node(sensor.from), plant.node(sensor.to)});
   const std::size_t nodes = plant.node_names().size();
@@ -110,9 +120,28 @@ double Motion::effective_travel(const Branch& branch, double travel) const {
   return travel - (1 - play_leak_) * std::clamp(travel, -branch.play_m, branch.play_m) + branch.offset_m;
 }
 
+inline double Motion::free_rate(const Branch& branch, double rate) const {
+  if (branch.driven < 0) return rate;
+  const Drive& drive = inputs_[static_cast<std::size_t>(branch.driven)];
+  return rate - branch.driven_sign * v_[static_cast<std::size_t>(drive.node)];
+}
+
+void Motion::step_memories(const double* step, double* z) const {
+  for (const Branch& branch : branches_) {
+    if (branch.driven < 0) continue;
+    std::size_t state = branch.first_state;
+    for (std::size_t k = branch.first_memory; k < branch.last_law; ++k) {
+      const LawMemory& memory = laws_[k].kind->memory;
+      if (memory.jump) memory.jump(laws_[k].values, branch.driven_sign * step[branch.driven], z + state);
+      state += static_cast<std::size_t>(memory.states);
+    }
+  }
+}
+
 // Sum of the laws of an element at its effective travel, before a contact bounds it.
-inline bool Motion::force(const Branch& branch, double travel, double rate, const double* z, double& sum,
-                          double* z_rate) const {
+/// @param free_rate without the velocity of a drive, for laws that know its steps
+inline bool Motion::force(const Branch& branch, double travel, double rate, double free_rate, const double* z,
+                          double& sum, double* z_rate) const {
   sum = branch.stiffness_n_per_m * travel + branch.damping_ns_per_m * rate;
   double f;
   for (std::size_t k = branch.first_curved; k < branch.first_memory; ++k) {
@@ -122,7 +151,8 @@ inline bool Motion::force(const Branch& branch, double travel, double rate, cons
   std::size_t state = branch.first_state;
   for (std::size_t k = branch.first_memory; k < branch.last_law; ++k) {
     const LawMemory& memory = laws_[k].kind->memory;
-    if (!memory.force(laws_[k].values, travel, rate, z + state, f, z_rate + state)) return false;
+    if (!memory.force(laws_[k].values, travel, memory.jump ? free_rate : rate, z + state, f, z_rate + state))
+      return false;
     sum += f;
     state += static_cast<std::size_t>(memory.states);
   }
@@ -135,8 +165,9 @@ int Motion::accelerations(const double* q, const double* v, const double* z, dou
   for (std::size_t b = 0; b < branches_.size(); ++b) {
     const Branch& branch = branches_[b];
     const double travel = effective_travel(branch, x_[branch.to] - x_[branch.from]);
+    const double rate = v_[branch.to] - v_[branch.from];
     double sum;
-    if (!force(branch, travel, v_[branch.to] - v_[branch.from], z, sum, z_rate) || !std::isfinite(sum))
+    if (!force(branch, travel, rate, free_rate(branch, rate), z, sum, z_rate) || !std::isfinite(sum))
       return static_cast<int>(b);
     if (branch.modified) sum = std::min(sum - branch.rest_force_n, branch.contact_n);
     element_force_[b] = sum;
@@ -200,7 +231,8 @@ int Motion::slopes(const double* q, const double* v, const double* z, Slopes& re
     const double travel = effective_travel(branch, own_travel);
     const double followed = branch.play_m > 0 && std::abs(own_travel) <= branch.play_m ? play_leak_ : 1;
     double sum = 0;
-    if (branch.modified && !force(branch, travel, rate, z, sum, z_rate_.data())) return static_cast<int>(b);
+    if (branch.modified && !force(branch, travel, rate, free_rate(branch, rate), z, sum, z_rate_.data()))
+      return static_cast<int>(b);
     const double pulling = sum - branch.rest_force_n > branch.contact_n ? 0 : 1;
     for (std::size_t k = branch.first_law; k < branch.first_memory; ++k) {
       double df_dx, df_dv;
@@ -254,7 +286,7 @@ Motion::Energy Motion::energy(const double* q, const double* v, const double* z)
     const double travel = effective_travel(branch, x_[branch.to] - x_[branch.from]);
     const double rate = v_[branch.to] - v_[branch.from];
     double sum;
-    if (!force(branch, travel, rate, z, sum, z_rate_.data())) {
+    if (!force(branch, travel, rate, free_rate(branch, rate), z, sum, z_rate_.data())) {
       result.undefined_element = static_cast<int>(b);
       return result;
     }

@@ -27,6 +27,8 @@ class Motion {
 
   /// Sets the inputs for the evaluations that follow. @param u, u_rate m values (u_rate of a force is not read).
   void set_inputs(const double* u, const double* u_rate);
+  /// The memories (s) after the displacement drives have moved by `step` (m values): laws that know how a step acts.
+  void step_memories(const double* step, double* z) const;
 
   static constexpr int all_defined = -1;
   /// Accelerations a (n) at positions q and velocities v (n) under the inputs set before.
@@ -102,6 +104,8 @@ class Motion {
     double stiffness_n_per_m, damping_ns_per_m;  // ... those before are summed here ...
     std::size_t first_memory;                    // ... those from here on have states, z[first_state] the first
     std::size_t first_state;
+    int driven;  // input that moves an end, -1: none; a positive step of it changes the travel by driven_sign
+    double driven_sign;
     bool modified;  // by a clearance, a contact or a shifted working point
     double play_m, contact_n, offset_m;
     double rest_force_n;  // of the laws at the working point
@@ -116,7 +120,9 @@ class Motion {
   };
   void load(const double* q, const double* v);
   double effective_travel(const Branch& branch, double travel) const;
-  bool force(const Branch& branch, double travel, double rate, const double* z, double& sum, double* z_rate) const;
+  bool force(const Branch& branch, double travel, double rate, double free_rate, const double* z, double& sum,
+             double* z_rate) const;
+  double free_rate(const Branch& branch, double rate) const;
   double reading(SensorKind kind, Index node, const double* q, const double* v, const double* a) const;
 
   std::vector<double> mass_, inverse_mass_;

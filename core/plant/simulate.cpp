@@ -126,7 +126,7 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
   result.outputs.resize(plant.sensor_count(), kept);
 
   Stepper stepper(motion);
-  Vector u_rate = Vector::Zero(m), a(n), z_rate(motion.memories());
+  Vector u_rate = Vector::Zero(m), u_step = u_rate, a(n), z_rate(motion.memories());
   double* const q = state.data();
   double* const v = state.data() + n;
   double* const z = state.data() + 2 * n;
@@ -141,7 +141,11 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
   Index column = 0;
   for (Index k = 0; k < N; ++k) {
     if (k > 0)
-      for (Index i = 0; i < m; ++i) u_rate[i] = (drive(i, k) - drive(i, k - 1)) / hold_s;
+      for (Index i = 0; i < m; ++i) {
+        u_step[i] = drive(i, k) - drive(i, k - 1);
+        u_rate[i] = u_step[i] / hold_s;
+      }
+    motion.step_memories(u_step.data(), z);
     motion.set_inputs(drive.col(k).data(), u_rate.data());
     if (k >= options.lead_samples && (k - options.lead_samples) % options.decimation == 0) {
       if (int e = motion.accelerations(q, v, z, a.data(), z_rate.data()); e >= 0) return left_domain(e, column, k);

@@ -57,11 +57,11 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what; its figures ho
   diagnosis.floor = noise_floor(set);
   diagnosis.plant = truth;
   diagnosis.places = {{"suspension", {}, 1.1}, {"tyre", {"actuator"}, 20}};
-  diagnosis.locations = {{"actuator", 0.9, 1}};
+  diagnosis.locations = {{"actuator", 0.9}};
   CHECK(place_of_note(diagnosis).empty());  // no gap
   diagnosis.outcome = GapOutcome::effect;
   CHECK(place_of_note(diagnosis) == "tyre");
-  diagnosis.locations = {{"suspension", 0.9, 1}};
+  diagnosis.locations = {{"suspension", 0.9}};
   CHECK(place_of_note(diagnosis) == "suspension");
   Random random = numbers(842);
   const auto solver = make_levenberg_marquardt({});

@@ -85,7 +85,11 @@ TEST_CASE("a case that cannot be diagnosed is an answer with its reason, and a s
 
 TEST_CASE("a family that is left out has no candidate, and the others keep theirs") {
   const Plant plant = plant_from(quarter_car_text);
-  const auto all = catalogue_without({})(plant), fewer = catalogue_without({"coulomb_friction"})(plant);
+  Operation operation;
+  FitRecord record{Matrix::Random(1, 2000) * 0.003, Matrix::Zero(3, 400), 5, 0, Vector::Ones(3), {}};
+  REQUIRE(operation_of(plant, {record}, {}, operation));
+  const auto all = catalogue_without({})(plant, operation);
+  const auto fewer = catalogue_without({"coulomb_friction"})(plant, operation);
   const auto count = [](const std::vector<EffectCandidate>& list, const std::string& effect) {
     return std::count_if(list.begin(), list.end(), [&](const auto& one) { return one.effect == effect; });
   };

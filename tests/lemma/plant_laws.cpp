@@ -82,7 +82,7 @@ TEST_CASE("a fading damper warms by the work it takes, up to the balance with it
 TEST_CASE("a cavitating damper misses its force after a reversal, on its own side alone") {
   const double d = 1000, gap = 0.002, v = 0.1;
   for (const double side : {1.0, -1.0}) {
-    Bench bench({{.kind = find_law("cavitating_damper"), .values = {d, gap, side}}});
+    Bench bench({{.kind = find_law("cavitating_damper"), .values = {d, gap, side, 1}}});
     Vector rate;
     CHECK(bench.force(0, -side * v, bench.z, rate) == 0);
     CHECK(d * side * v + bench.force(0, side * v, bench.z, rate) == 0);  // nothing right after the reversal

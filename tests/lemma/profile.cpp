@@ -33,7 +33,7 @@ struct Case {
     const Vector floor = (Vector(3) << 1e-4, 0.02, 0.3).finished();
     for (Index i = 0; i < count; ++i) {
       records.push_back({Matrix::Zero(1, kSamples * kRatio), 20 * floor.asDiagonal() * random.normal(3, kSamples),
-                         kRatio, kSkip, floor});
+                         kRatio, kSkip, floor, {}});
       fit.error.push_back(floor.asDiagonal() * random.normal(3, kSamples));
       Trajectory swing;
       swing.travel.resize(2, kSamples);
@@ -167,7 +167,7 @@ TEST_CASE("bands keep the modes of any plant apart") {
 
 TEST_CASE("trajectories: travel and rate are those of the simulation, a rate the derivative of its travel") {
   const Plant plant = plant_from(quarter_car_text);
-  FitRecord record{Matrix(1, 4000 * kRatio), Matrix::Zero(3, 4000), kRatio, 0, Vector::Ones(3)};
+  FitRecord record{Matrix(1, 4000 * kRatio), Matrix::Zero(3, 4000), kRatio, 0, Vector::Ones(3), {}};
   for (Index k = 0; k < record.drive.cols(); ++k)
     record.drive(0, k) = 0.01 * std::sin(2 * std::numbers::pi * 1.5 * 1e-3 * static_cast<double>(k));
   const GeneratedRecord made = generate_record(plant, record.drive, 200);

@@ -37,7 +37,7 @@ struct Run {
     REQUIRE(made.status == Status::ok);
     Random random = numbers(831);
     const Vector floor = noise * made.signal.y.rowwise().norm() / std::sqrt(static_cast<double>(kSamples));
-    records.push_back({drive.topRows(nominal.input_count()), made.signal.y, kRatio, 0, floor});
+    records.push_back({drive.topRows(nominal.input_count()), made.signal.y, kRatio, 0, floor, {}});
     records[0].y += floor.asDiagonal() * random.normal(floor.size(), kSamples);
     fit = fit_plant(nominal, {}, records, *make_levenberg_marquardt({}), {6});
     REQUIRE(fit.error.size() == 1);

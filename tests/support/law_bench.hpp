@@ -39,7 +39,8 @@ inline std::vector<std::vector<Law>> groups() {
         R"({"law": "position_dependent_damper", "damping_ns_per_m": 1500, "per_m2": 80, "per_m": -4})",
         R"({"law": "fading_damper", "damping_ns_per_m": 1500, "fade_per_k": 0.2, "heat_capacity_j_per_k": 3,
             "cooling_s": 2})",
-        R"({"law": "cavitating_damper", "damping_ns_per_m": 1500, "dead_travel_m": 0.002, "side": -1})"})
+        R"({"law": "cavitating_damper", "damping_ns_per_m": 1500, "dead_travel_m": 0.002, "side": -1})",
+        R"({"law": "cavitating_damper", "damping_ns_per_m": 1500, "dead_travel_m": 0.001, "side": 1, "onset": 4})"})
     list.push_back({damper, law_from(text)});
   return list;
 }

@@ -13,7 +13,7 @@ std::shared_ptr<const Effect> make_cavitation(const EffectOptions&) {
               const double travel = share * operation.elements[e].travel_rms_m;
               if (!(travel > 0)) continue;
               list.push_back(with_law(plant, e, "cavitation", side > 0 ? "rebound" : "jounce", "cavitating_damper",
-                                      {damping, travel, side}, {{"dead_travel_m", third(travel)}}));
+                                      {damping, travel, side, 2}, {{"dead_travel_m", third(travel)}, {"onset", 0.7}}));
               list.back().proportional = false;  // the shorter the travel, the stiffer the equation
             }
         }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "core/plant/laws.hpp"
@@ -5,10 +6,15 @@
 namespace wheelhop {
 namespace {
 
-enum { damping, dead_travel, side };
+enum { damping, dead_travel, side, onset };
 
 // Rate toward the side on which the chamber runs empty.
 double filling(std::span<const double> p, double v) { return std::copysign(1.0, p[side]) * v; }
+
+/// Share of the force that is there again at a filling z; z leaves 0 ... 1 by round-off of a step only.
+double come_back(std::span<const double> p, double z) {
+  return p[onset] == 1 ? z : std::pow(std::clamp(z, 0.0, 1.0), p[onset]);
+}
 
 }  // namespace
 
@@ -19,7 +25,7 @@ LawKind cavitating_damper() {
   LawKind kind;
   kind.name = "cavitating_damper";
   kind.equation =
-      "F = -d v (1 - z) where s v > 0, z' = (max(s v, 0) (1 - z) - max(-s v, 0) z) / x_g, beside a viscous "
+      "F = -d v (1 - z^n) where s v > 0, z' = (max(s v, 0) (1 - z) - max(-s v, 0) z) / x_g, beside a viscous "
       "damper d";
   kind.source = "vapour and air in a twin-tube damper; dead travel after reversal";
   kind.parameters = {{.name = "damping_ns_per_m",
@@ -38,7 +44,13 @@ LawKind cavitating_damper() {
                       .range = {.low = -1, .high = 1},
                       .required = false,
                       .fallback = 1,
-                      .typical = 1}};
+                      .typical = 1},
+                     {.name = "onset",
+                      .unit = "-",
+                      .meaning = "exponent n: 1 where the force comes back from the start, more where it waits first",
+                      .range = {.low = 1, .high = 20},
+                      .required = false,
+                      .fallback = 1}};
   kind.force = nullptr;
   kind.slopes = nullptr;
   kind.energy = nullptr;
@@ -50,21 +62,22 @@ LawKind cavitating_damper() {
   kind.memory.states = 1;
   kind.memory.force = [](std::span<const double> p, double, double v, const double* z, double& f, double* z_rate) {
     const double rate = filling(p, v);
-    f = rate > 0 ? -p[damping] * v * (1 - z[0]) : 0;
+    f = rate > 0 ? -p[damping] * v * (1 - come_back(p, z[0])) : 0;
     z_rate[0] = (rate > 0 ? rate * (1 - z[0]) : rate * z[0]) / p[dead_travel];
     return true;
   };
   kind.memory.slopes = [](std::span<const double> p, double, double v, const double* z, MemorySlopes& s) {
     const double rate = filling(p, v), sign = filling(p, 1);
-    s.df_dv = rate > 0 ? -p[damping] * (1 - z[0]) : 0;
-    s.df_dz[0] = rate > 0 ? p[damping] * v : 0;
+    s.df_dv = rate > 0 ? -p[damping] * (1 - come_back(p, z[0])) : 0;
+    const double steep = p[onset] == 1 ? 1 : p[onset] * std::pow(std::clamp(z[0], 0.0, 1.0), p[onset] - 1);
+    s.df_dz[0] = rate > 0 ? p[damping] * v * steep : 0;
     s.dz_dv[0] = sign * (rate > 0 ? 1 - z[0] : z[0]) / p[dead_travel];
     s.dz_dz[0] = -std::abs(rate) / p[dead_travel];
     return true;
   };
   kind.memory.energy = [](std::span<const double>, const double*) { return 0.0; };
   kind.memory.dissipation = [](std::span<const double> p, double, double v, const double* z) {
-    return filling(p, v) > 0 ? -p[damping] * v * v * (1 - z[0]) : 0.0;
+    return filling(p, v) > 0 ? -p[damping] * v * v * (1 - come_back(p, z[0])) : 0.0;
   };
   return kind;
 }

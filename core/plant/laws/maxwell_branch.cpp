@@ -40,6 +40,7 @@ LawKind maxwell_branch() {
     s.dz_dz[0] = -1 / p[relaxation];
     return true;
   };
+  kind.memory.jump = [](std::span<const double> p, double dx, double* z) { z[0] += p[stiffness] * dx; };
   kind.memory.energy = [](std::span<const double> p, const double* z) { return 0.5 * z[0] * z[0] / p[stiffness]; };
   kind.memory.dissipation = [](std::span<const double> p, double, double, const double* z) {
     return z[0] * z[0] / (p[stiffness] * p[relaxation]);
