@@ -19,7 +19,7 @@ constexpr double kWorthFitting = 0.25;  // of that, expected by the screen
 constexpr double kOutOfTolerance = 3;   // surprise of a parameter
 constexpr double kExplains = 0.7;       // closure below which no family of the catalogue fits
 constexpr double kSecond = 0.5;         // share of what is left that a second effect has to remove
-constexpr double kWorthSecond = 0.03;   // share of the gap that must be left for a second effect to be looked for
+constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for
 constexpr double kConsidered = 0.05;    // probability from which a rival is named
 constexpr double kOwnDoing = 0.3;  // share of an unknown signal that states explain, below which it is from outside
 constexpr double kRounded = 0.15;  // share of the floor that rounding makes, from which the converter is named
@@ -28,6 +28,7 @@ constexpr double kPlausible = -4;       // log density of an answer's sizes, bel
 constexpr double kSame = 0.9;           // closure from which a rival would have done as well
 constexpr double kTooSmall = 0.1;       // misfit - 1 below which an unexplained gap is no ground for any statement
 constexpr const char* kGuide = "guide:";
+constexpr double kFarBehind = 3;  // of what the best first effect leaves
 constexpr std::size_t kBeam = 3;  // first effects to which a second is tried
 
 /// What has been computed and is being judged.
@@ -162,17 +163,21 @@ void name_nothing(const Case& c, Diagnosis& diagnosis) {
 }
 
 /// Every second effect for each of the best first ones.
-std::vector<Hypothesis> pairs(const Case& c, std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals) {
+std::vector<Hypothesis> pairs(const Case& c, std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals,
+                              Changes& changes) {
   std::vector<Hypothesis> all;
   for (std::size_t i = 0; i < std::min(kBeam, rivals.size()); ++i) {
     if (rivals[i].is_parameter) continue;
     Hypothesis& first = singles[rivals[i].hypothesis];
+    // Of two effects either alone leaves about as much as the other; what leaves far more is no part of the answer.
+    if (first.chi2 - c.floor_chi2() > kFarBehind * (singles.front().chi2 - c.floor_chi2())) continue;
     if (c.step) c.step(fmt::format("a second effect beside {}", rivals[i].name()));
     if (first.fit.jacobian.size() == 0 && !linearise(first.fit, first.parameters, c.study.data.fitted)) continue;
     Hypothesis base = first;
     base.held_out = fit_plant(first.fit.plant, {}, c.study.data.held_out, c.study.quick, {2, &c.retuned.held_out});
     if (base.held_out.error.empty()) continue;
-    for (Hypothesis& pair : extend(c.study, base, {.shortlist = 5, .polished = 1, .without = rivals[i].name()}))
+    for (Hypothesis& pair :
+         extend(c.study, base, {.shortlist = 5, .polished = 1, .without = rivals[i].name()}, changes))
       all.push_back(std::move(pair));
   }
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.chi2 < b.chi2; });
@@ -226,8 +231,9 @@ void find_separating_test(const Case& c, Diagnosis& diagnosis) {
 
 void judge(const Case& c, Diagnosis& diagnosis) {
   if (c.step) c.step("every effect at every place");
+  Changes changes;
   std::vector<Hypothesis> singles =
-      extend(c.study, c.retuned, {.least = kWorthFitting * kNotice * diagnosis.floor.colour});
+      extend(c.study, c.retuned, {.least = kWorthFitting * kNotice * diagnosis.floor.colour}, changes);
   std::vector<Rival> rivals = rivals_of(singles);
   const Vector t = surprises(c.retuned.fit, static_cast<Index>(c.study.tolerances.size()));
   const double surprise = t.size() > 0 ? t.cwiseAbs().maxCoeff() : 0;
@@ -260,7 +266,7 @@ void judge(const Case& c, Diagnosis& diagnosis) {
   Hypothesis answer = singles[rivals.front().hypothesis];
   const double gap = c.retuned.chi2 - c.floor_chi2(), remains = answer.chi2 - c.floor_chi2();
   if (c.options.effects > 1 && remains > std::max(kNotice * diagnosis.floor.colour, kWorthSecond * gap)) {
-    std::vector<Hypothesis> seconds = pairs(c, singles, rivals);
+    std::vector<Hypothesis> seconds = pairs(c, singles, rivals, changes);
     if (!seconds.empty() &&
         answer.chi2 - seconds.front().chi2 > std::max(kSecond * remains, kNotice * diagnosis.floor.colour)) {
       const Hypothesis& pair = seconds.front();

@@ -9,7 +9,6 @@
 
 #include "core/base/status.hpp"
 #include "core/gap/closure.hpp"
-#include "core/gap/screen.hpp"
 
 namespace wheelhop {
 namespace {
@@ -132,13 +131,14 @@ Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitP
   return hypothesis;
 }
 
-std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options) {
+std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
+                               Changes& changes) {
   Operation operation;
   if (!operation_of(base.fit.plant, study.data.fitted, base.fit.initial_states, operation)) return {};
   const std::vector<EffectCandidate> candidates = study.candidates(base.fit.plant, operation);
   std::vector<Screened> shortlist;
   std::map<std::string, Index> forms;
-  for (const Screened& screened : screen(base.fit, study.data.fitted, candidates)) {
+  for (const Screened& screened : screen(base.fit, study.data.fitted, candidates, changes)) {
     const std::string name = name_of(candidates[screened.candidate]);
     if (static_cast<Index>(shortlist.size()) >= options.shortlist || !(screened.gain > 0)) break;
     if (shortlist.empty() && 2 * screened.gain < options.least) break;

@@ -9,6 +9,7 @@
 
 #include "core/gap/effect.hpp"
 #include "core/gap/noise_floor.hpp"
+#include "core/gap/screen.hpp"
 
 namespace wheelhop {
 
@@ -66,7 +67,7 @@ Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitP
 /// Adds one effect to a hypothesis in all ways that the fast screen finds worth a fit.
 struct ExtendOptions {
   Index shortlist = 10;      ///< fits at most, the best of the screen first
-  Index forms = 2;           ///< of one effect at one place
+  Index forms = 3;           ///< of one effect at one place
   double worth = 0.1;        ///< screened gain over the best one's, below which a candidate is not fitted
   double least = 0;          ///< fall of chi2 that the screen must expect of the best for any to be fitted
   Index polished = 4;        ///< of the quick fits, the best that are fitted on to the end
@@ -74,6 +75,8 @@ struct ExtendOptions {
 };
 /// @param base linearised   @return by chi2, ascending. Not linearised. Fits run side by side; the result does not
 /// depend on how many.
-std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options);
+/// @param changes of earlier screens of these records; added to
+std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
+                               Changes& changes);
 
 }  // namespace wheelhop

@@ -14,8 +14,20 @@ constexpr double kIndistinct = 1e-9;
 
 }  // namespace
 
+std::vector<std::string> keys_of(const std::vector<EffectCandidate>& candidates) {
+  std::vector<std::string> keys;
+  std::map<std::string, int> count;
+  for (const EffectCandidate& candidate : candidates) {
+    const std::string key = candidate.effect + "@" + candidate.location + "/" + candidate.form;
+    keys.push_back(key + "/" + std::to_string(count[key]++));
+  }
+  return keys;
+}
+
 std::vector<Screened> screen(const PlantFit& base, const std::vector<FitRecord>& records,
-                             const std::vector<EffectCandidate>& candidates) {
+                             const std::vector<EffectCandidate>& candidates, Changes& changes) {
+  const std::vector<std::string> keys = keys_of(candidates);
+  std::vector<Eigen::VectorXf> found(candidates.size());
   Matrix H = base.jacobian.transpose() * base.jacobian;
   H.diagonal() += base.precision;
   const Eigen::LDLT<Matrix> factor(H);
@@ -24,8 +36,13 @@ std::vector<Screened> screen(const PlantFit& base, const std::vector<FitRecord>&
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       list[i].candidate = i;
       Vector change;
-      if (!plant_residual(candidates[i].plant, records, base.initial_states, change)) continue;
-      change -= base.residual;
+      if (const auto known = changes.find(keys[i]); known != changes.end()) {
+        change = known->second.cast<double>();
+      } else {
+        if (!plant_residual(candidates[i].plant, records, base.initial_states, change)) continue;
+        change -= base.residual;
+        found[i] = change.cast<float>();
+      }
       const Vector common = base.jacobian.transpose() * change;
       const double own = change.squaredNorm() - common.dot(factor.solve(common));
       if (!(own > kIndistinct * change.squaredNorm())) continue;
@@ -34,6 +51,8 @@ std::vector<Screened> screen(const PlantFit& base, const std::vector<FitRecord>&
       if (list[i].strength > 0 || candidates[i].either_sign) list[i].gain = 0.5 * along * along / own;
     }
   });
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (found[i].size() > 0) changes.emplace(keys[i], std::move(found[i]));
   std::stable_sort(list.begin(), list.end(), [](const Screened& a, const Screened& b) { return a.gain > b.gain; });
   return list;
 }

@@ -306,6 +306,10 @@ Motion::Energy Motion::energy(const double* q, const double* v, const double* z)
     std::size_t state = branch.first_state;
     for (std::size_t k = branch.first_memory; k < branch.last_law; ++k) {
       const LawMemory& memory = laws_[k].kind->memory;
+      double own = 0;  // of a law that takes a drive's motion in steps: they change its energy, as a spring's
+      if (memory.jump && branch.driven >= 0 &&
+          memory.force(laws_[k].values, travel, rate, z + state, own, z_rate_.data() + state))
+        gradient += own;
       result.potential_j += memory.energy(laws_[k].values, z + state);
       result.dissipated_w += memory.dissipation(laws_[k].values, travel, rate, z + state);
       state += static_cast<std::size_t>(memory.states);

@@ -127,10 +127,16 @@ TEST_CASE("the screen finds the effect that is missing, at its place, and nothin
   stiffer.either_sign = true;
   set_parameter(stiffer.plant, "tyre.linear_spring.stiffness_n_per_m", 201000);
   candidates.push_back(stiffer);
-  const std::vector<Screened> order = screen(base, {c.record}, candidates);
+  Changes changes;
+  const std::vector<Screened> order = screen(base, {c.record}, candidates, changes);
   REQUIRE(order.size() == candidates.size());
   CHECK(candidates[order[0].candidate].effect == "damper_asymmetry");
   CHECK(order[0].strength == Approx(1).epsilon(0.3));
+  // A second screen of the same fit needs no simulation and says the same.
+  const std::size_t seen = changes.size();
+  const std::vector<Screened> again = screen(base, {c.record}, candidates, changes);
+  CHECK(changes.size() == seen);
+  for (std::size_t i = 0; i < 5; ++i) CHECK(again[i].gain == Approx(order[i].gain).epsilon(1e-3));
   for (const Screened& screened : order)
     if (screened.candidate + 1 == candidates.size()) CHECK(screened.gain < 0.05 * order[0].gain);
 }

@@ -156,7 +156,7 @@ TEST_CASE("stored energy grows by the power of the inputs less the heat with eve
     Motion motion(plant);
     Random random(3, Stream::parameters);
     const Index n = plant.mass_count(), m = plant.input_count(), s = motion.memories();
-    REQUIRE(s == 4 * static_cast<Index>(plant.elements.size()));
+    REQUIRE(s == 5 * static_cast<Index>(plant.elements.size()));
     int lifted = 0;
     for (int trial = 0; trial < 20; ++trial) {
       const Vector q = 0.01 * random.normal(n, 1), v = 0.5 * random.normal(n, 1), u = 0.005 * random.normal(m, 1),
@@ -248,4 +248,21 @@ TEST_CASE("halving the step divides the error by sixteen with a Maxwell branch a
                finer = (end_state(8) - exact).norm();
   CHECK(coarse / fine == Approx(16).epsilon(0.25));
   CHECK(fine / finer == Approx(16).epsilon(0.15));
+}
+
+TEST_CASE("a step of a held drive reaches a Maxwell branch at once and decays from there") {
+  const double k = 3000, tau = 0.02, step_m = 0.002;
+  Plant plant = plant_from(quarter_car_text);
+  plant.elements[1].laws.push_back(
+      law_from(R"({"law": "maxwell_branch", "series_stiffness_n_per_m": 3000, "relaxation_s": 0.02})"));
+  plant.masses[1].mass_kg = 1e9;  // does not give way
+  Matrix drive = Matrix::Constant(1, 40, step_m);
+  drive.leftCols(5).setZero();
+  const Simulation run = simulate(plant, drive);
+  REQUIRE(run.status == Status::ok);
+  const Index memory = run.states.rows() - 1;
+  CHECK(run.states(memory, 4) == 0);
+  // The tyre is between the road and the wheel: what pushes the road up shortens it.
+  CHECK(run.states(memory, 5) == Approx(-k * step_m));
+  CHECK(run.states(memory, 25) == Approx(-k * step_m * std::exp(-20 / plant.hold_hz() / tau)).epsilon(1e-6));
 }

@@ -32,8 +32,12 @@ struct Case {
     fit.plant = plant_from(quarter_car_text);
     const Vector floor = (Vector(3) << 1e-4, 0.02, 0.3).finished();
     for (Index i = 0; i < count; ++i) {
-      records.push_back({Matrix::Zero(1, kSamples * kRatio), 20 * floor.asDiagonal() * random.normal(3, kSamples),
-                         kRatio, kSkip, floor, {}});
+      records.push_back({Matrix::Zero(1, kSamples * kRatio),
+                         20 * floor.asDiagonal() * random.normal(3, kSamples),
+                         kRatio,
+                         kSkip,
+                         floor,
+                         {}});
       fit.error.push_back(floor.asDiagonal() * random.normal(3, kSamples));
       Trajectory swing;
       swing.travel.resize(2, kSamples);

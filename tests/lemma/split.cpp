@@ -25,7 +25,8 @@ struct Case {
     Random random = numbers(821);
     Matrix y = random.normal(3, samples);
     for (Index k = 1; k < samples; ++k) y.col(k) = 0.8 * y.col(k - 1) + 0.6 * y.col(k);
-    records.push_back({Matrix::Zero(1, 5 * samples), 50 * kFloor.asDiagonal() * y, 5, 0, kFloor / std::sqrt(repeats), {}});
+    records.push_back(
+        {Matrix::Zero(1, 5 * samples), 50 * kFloor.asDiagonal() * y, 5, 0, kFloor / std::sqrt(repeats), {}});
     fit.error.push_back(kFloor.asDiagonal() * random.normal(3, samples) / std::sqrt(repeats));
   }
 };

@@ -5,6 +5,7 @@
 #include "core/data/resample.hpp"
 #include "core/gap/locate.hpp"
 #include "core/gap/trajectory.hpp"
+#include "core/gap/unknown.hpp"
 #include "core/plant/dataset.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
@@ -106,4 +107,23 @@ TEST_CASE(
   const Run quiet(nominal, nominal, smooth(1, 0.003, random), 0.01);
   const UnknownSignal nothing = unknown_signal(quiet.fit, quiet.records, 0, "suspension");
   CHECK(nothing.rms < 2 * nothing.noise_rms + 1);
+}
+
+TEST_CASE("the plant's own states explain a law that is missing, whatever its form, and no force from outside") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Random random = numbers(833);
+  const Matrix drive = 0.004 * smooth(1, 1, random);
+  Plant missing = nominal;
+  missing.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.4}});
+  const Run own(nominal, missing, drive, 0.01);
+  CHECK(explained_by_states(own.fit, own.records, "suspension") > 0.7);
+
+  Plant pushed = nominal;
+  pushed.inputs.push_back(
+      {.name = "hidden", .kind = InputKind::force, .unit = "N", .hold_hz = 1000, .from = "ground", .to = "body"});
+  Matrix both(2, drive.cols());
+  both << drive, 40 * smooth(1, 1, random);
+  const Run outside(nominal, pushed, both, 0.01);
+  CHECK(explained_by_states(outside.fit, outside.records, "guide:body") < 0.3);
+  CHECK(std::isnan(explained_by_states(outside.fit, outside.records, "nowhere")));
 }

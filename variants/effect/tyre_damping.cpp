@@ -11,6 +11,11 @@ std::shared_ptr<const Effect> make_tyre_damping(const EffectOptions&) {
       if (!at_drive(plant, tyre)) continue;
       list.push_back(
           with_law(plant, e, "tyre_damping", "viscous", "viscous_damper", {100}, {{"damping_ns_per_m", 100}}));
+      // Behind a spring, as rubber is: a step of the road meets no infinite force.
+      const double series = 0.3 * stiffness_at_rest(tyre);
+      if (series > 0)
+        list.push_back(with_law(plant, e, "tyre_damping", "viscoelastic", "maxwell_branch", {series, 0.002},
+                                {{"series_stiffness_n_per_m", third(series)}, {"relaxation_s", 0.0007}}));
       // Against the ground instead of the moving patch: what is left where the velocity of the drive does not act.
       const std::string mass = plant.node(tyre.to) < plant.mass_count() ? tyre.to : tyre.from;
       const std::string name = tyre.name + "_to_ground";
