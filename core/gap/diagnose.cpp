@@ -19,10 +19,11 @@ constexpr double kWorthFitting = 0.25;  // of that, expected by the screen
 constexpr double kOutOfTolerance = 3;   // surprise of a parameter
 constexpr double kExplains = 0.7;       // closure below which no family of the catalogue fits
 constexpr double kSecond = 0.5;         // share of what is left that a second effect has to remove
+constexpr double kSecondThere = 0.7;    // likewise, where the first one stands
 constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for
 constexpr double kConsidered = 0.05;    // probability from which a rival is named
-constexpr double kOwnDoing = 0.3;  // share of an unknown signal that states explain, below which it is from outside
-constexpr double kRounded = 0.15;  // share of the floor that rounding makes, from which the converter is named
+constexpr double kOwnDoing = 0.04;  // share of an unknown signal that states explain, below which it is from outside
+constexpr double kRounded = 0.15;   // share of the floor that rounding makes, from which the converter is named
 constexpr double kRoundingSeen = 0.95;  // probability of a lattice that was seen in the readings
 constexpr double kPlausible = -4;       // log density of an answer's sizes, below which they are odd
 constexpr double kSame = 0.9;           // closure from which a rival would have done as well
@@ -100,16 +101,16 @@ void name_unknown(const Case& c, Diagnosis& diagnosis) {
   if (diagnosis.locations.empty()) return;
   std::string& location = diagnosis.locations.front().location;
   const double own = explained_by_states(c.retuned.fit, c.study.data.fitted, location);
-  if (own < kOwnDoing) {
+  if (own < kOwnDoing) {  // a force from outside acts on a mass, if the place can be one
     const Place& place = diagnosis.places.front();
     std::vector<std::string> entries = place.same;
     entries.insert(entries.begin(), place.location);
-    for (const std::string& entry : entries)
-      if (entry.starts_with(kGuide)) {
-        location = entry;
-        break;
-      }
-    diagnosis.outcome = GapOutcome::exogenous;
+    const auto guide = std::find_if(entries.begin(), entries.end(),
+                                    [](const std::string& entry) { return entry.starts_with(kGuide); });
+    if (guide != entries.end()) {
+      location = *guide;
+      diagnosis.outcome = GapOutcome::exogenous;
+    }
   }
   // A force between the ground and a mass is one on the mass.
   if (location.starts_with(kGuide)) location.erase(0, std::strlen(kGuide));
@@ -229,6 +230,44 @@ void find_separating_test(const Case& c, Diagnosis& diagnosis) {
   if (a && b) diagnosis.separating = separating_test(c.study.nominal, c.study.data.fitted, *a, *b);
 }
 
+/// Looks for a second effect beside the best first ones. @param answer replaced if there is one, or if the search has
+/// found a better fit of the first alone
+void add_second(const Case& c, std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals, Changes& changes,
+                Hypothesis& answer, Diagnosis& diagnosis) {
+  std::vector<Hypothesis> seconds = pairs(c, singles, rivals, changes);
+  if (seconds.empty()) return;
+  const Hypothesis& pair = seconds.front();
+  const double notice = kNotice * diagnosis.floor.colour;
+  // At one place a second effect may be no more than what the first one's form does not fit: it has to do better.
+  const bool one_place = pair.effects[0].location == pair.effects[1].location;
+  const auto needed = [&](const Hypothesis& alone) {
+    const double remains = alone.chi2 - c.floor_chi2();
+    return alone.chi2 - pair.chi2 > std::max((one_place ? kSecondThere : kSecond) * remains, notice);
+  };
+  if (!needed(answer)) return;
+  const auto first = std::find_if(singles.begin(), singles.end(), [&](const Hypothesis& single) {
+    return single.fit.jacobian.size() > 0 && name_of(single.effects.back()) == name_of(pair.effects[0]);
+  });
+  if (first != singles.end()) {
+    const Hypothesis alone = fit_at(c.study, *first, pair.fit.plant);
+    if (!alone.fit.error.empty() && !needed(alone)) {  // the pair had only found the first one's better fit
+      answer = alone;
+      diagnosis.named = {name_of(alone.effects.back())};
+      return;
+    }
+  }
+  diagnosis.named = {name_of(pair.effects[0]), name_of(pair.effects[1])};
+  diagnosis.outcome = GapOutcome::several;
+  const auto own = std::find_if(diagnosis.suspects.begin(), diagnosis.suspects.end(), [&](const Suspect& suspect) {
+    return suspect.effect + "@" + suspect.location == diagnosis.named.front();
+  });
+  if (own != diagnosis.suspects.end()) std::rotate(diagnosis.suspects.begin(), own, own + 1);
+  std::vector<Rival> others = rivals_of(seconds);
+  weigh(others, {diagnosis.floor.colour, answer.chi2 - c.floor_chi2(), c.floor_chi2()});
+  diagnosis.suspects.insert(diagnosis.suspects.begin() + 1, suspect_of(c, others.front(), pair));
+  answer = pair;
+}
+
 void judge(const Case& c, Diagnosis& diagnosis) {
   if (c.step) c.step("every effect at every place");
   Changes changes;
@@ -265,19 +304,8 @@ void judge(const Case& c, Diagnosis& diagnosis) {
     if (!rival.is_parameter) diagnosis.suspects.push_back(suspect_of(c, rival, singles[rival.hypothesis]));
   Hypothesis answer = singles[rivals.front().hypothesis];
   const double gap = c.retuned.chi2 - c.floor_chi2(), remains = answer.chi2 - c.floor_chi2();
-  if (c.options.effects > 1 && remains > std::max(kNotice * diagnosis.floor.colour, kWorthSecond * gap)) {
-    std::vector<Hypothesis> seconds = pairs(c, singles, rivals, changes);
-    if (!seconds.empty() &&
-        answer.chi2 - seconds.front().chi2 > std::max(kSecond * remains, kNotice * diagnosis.floor.colour)) {
-      const Hypothesis& pair = seconds.front();
-      diagnosis.named = {name_of(pair.effects[0]), name_of(pair.effects[1])};
-      diagnosis.outcome = GapOutcome::several;
-      std::vector<Rival> others = rivals_of(seconds);
-      weigh(others, {diagnosis.floor.colour, remains, c.floor_chi2()});
-      diagnosis.suspects.push_back(suspect_of(c, others.front(), pair));
-      answer = pair;
-    }
-  }
+  if (c.options.effects > 1 && remains > std::max(kNotice * diagnosis.floor.colour, kWorthSecond * gap))
+    add_second(c, singles, rivals, changes, answer, diagnosis);
   if (diagnosis.outcome == GapOutcome::effect) {
     add_ambiguous(rivals, diagnosis);
     if (!diagnosis.ambiguous_with.empty()) diagnosis.outcome = GapOutcome::ambiguous;

@@ -54,28 +54,77 @@ bool complete(const Study& study, const Solver& solver, const FitOptions& fitted
   return true;
 }
 
-/// One full fit from the plant as delivered with the base's effects, the new strength as screened.
-bool fit_candidate(const Study& study, const Hypothesis& base, EffectCandidate candidate, double strength,
+/// Sum of r^2 and of the squared priors where a fit would start; infinite where the plant does not follow.
+double cost_of_start(const Study& study, const Hypothesis& base, const Plant& start, const Vector& theta) {
+  Plant plant = start;
+  double sum = 0;
+  for (std::size_t i = 0; i < base.parameters.size(); ++i) {
+    const FitParameter& parameter = base.parameters[i];
+    const double deviation = theta(static_cast<Index>(i));
+    set_parameter(plant, parameter.name, get_parameter(start, parameter.name) + deviation * parameter.scale);
+    if (parameter.prior_std > 0) sum += std::pow(deviation / parameter.prior_std, 2);
+  }
+  Vector residual;
+  if (!plant_residual(plant, study.data.fitted, base.fit.initial_states, residual))
+    return std::numeric_limits<double>::infinity();
+  return sum + residual.squaredNorm();
+}
+
+/// One quick fit with the new strength as screened.
+bool fit_candidate(const Study& study, const Hypothesis& base, EffectCandidate candidate, const Screened& screened,
                    Hypothesis& out) {
   out.effects = base.effects;
   out.parameters = base.parameters;
   out.parameters.insert(out.parameters.end(), candidate.parameters.begin(), candidate.parameters.end());
-  // Tolerances count from the plant as delivered, not from where re-tuning without the effect has bent it.
-  for (const FitParameter& parameter : study.tolerances)
-    set_parameter(candidate.plant, parameter.name, get_parameter(study.nominal, parameter.name));
+  // Parameters count from where the base's do: tolerances from the plant as delivered.
+  for (const FitParameter& parameter : base.parameters)
+    set_parameter(candidate.plant, parameter.name, get_parameter(base.start, parameter.name));
+  double factor = 1;
   if (candidate.proportional && !candidate.parameters.empty()) {
     const std::string& name = candidate.parameters.front().name;
     const double typical = get_parameter(candidate.plant, name) - candidate.ideal;
-    const double factor = std::copysign(std::clamp(std::abs(strength), 0.05, 10.0), strength);
+    factor = std::copysign(std::clamp(std::abs(screened.strength), 0.05, 10.0), screened.strength);
     set_parameter(candidate.plant, name, candidate.ideal + factor * typical);
   }
   out.start = candidate.plant;
-  if (!complete(study, study.quick, {kQuickIterations, &base.fit, false}, {kQuickIterations, &base.held_out, false},
-                out))
+  // Where a missing effect has bent the plant far, the way back leads past the plant as delivered; where it is small,
+  // the linear step from the re-tuned plant is nearly the solution.
+  const Index known = base.fit.theta.size();
+  Vector delivered = base.fit.theta, stepped = base.fit.theta + factor * screened.retuning;
+  delivered.head(static_cast<Index>(study.tolerances.size())).setZero();
+  const bool step = cost_of_start(study, base, out.start, stepped) < cost_of_start(study, base, out.start, delivered);
+  Vector theta = Vector::Zero(static_cast<Index>(out.parameters.size()));
+  theta.head(known) = step ? stepped : delivered;
+  if (!complete(study, study.quick, {kQuickIterations, &base.fit, false, theta},
+                {kQuickIterations, &base.held_out, false}, out))
     return false;
   out.plausibility = base.plausibility + log_plausibility(candidate, out.fit.plant);
   out.effects.push_back(std::move(candidate));
   return true;
+}
+
+/// True if two fits moved the same numbers of the same plant.
+bool same_model(const Hypothesis& a, const Hypothesis& b) {
+  if (a.parameters.size() != b.parameters.size()) return false;
+  Plant other = b.start;
+  for (std::size_t i = 0; i < a.parameters.size(); ++i) {
+    if (a.parameters[i].name != b.parameters[i].name) return false;
+    set_parameter(other, a.parameters[i].name, get_parameter(a.start, a.parameters[i].name));
+  }
+  return to_json(other) == to_json(a.start);
+}
+
+/// Friction with presliding and hysteresis are one law: what either found is the other's too, and their sizes say which
+/// name it deserves.
+void share_solutions(const Hypothesis& base, std::vector<Hypothesis>& list) {
+  for (std::size_t i = 0; i < list.size(); ++i)
+    for (std::size_t j = i + 1; j < list.size(); ++j) {
+      if (name_of(list[i].effects.back()) == name_of(list[j].effects.back()) || !same_model(list[i], list[j])) continue;
+      Hypothesis shared = list[i];
+      shared.effects.back() = list[j].effects.back();
+      shared.plausibility = base.plausibility + log_plausibility(shared.effects.back(), shared.fit.plant);
+      list[j] = std::move(shared);
+    }
 }
 
 /// A quick fit is fitted on to the end, and replaced if that is better.
@@ -131,6 +180,21 @@ Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitP
   return hypothesis;
 }
 
+Hypothesis fit_at(const Study& study, const Hypothesis& base, const Plant& values) {
+  Hypothesis hypothesis = base;
+  Vector theta(static_cast<Index>(base.parameters.size()));
+  for (std::size_t i = 0; i < base.parameters.size(); ++i) {
+    const FitParameter& parameter = base.parameters[i];
+    theta(static_cast<Index>(i)) =
+        (get_parameter(values, parameter.name) - get_parameter(base.start, parameter.name)) / parameter.scale;
+  }
+  complete(study, study.thorough, {study.iterations, &base.fit, false, theta},
+           {study.iterations, &base.held_out, false}, hypothesis);
+  if (!hypothesis.effects.empty())
+    hypothesis.plausibility = log_plausibility(hypothesis.effects.back(), hypothesis.fit.plant);
+  return hypothesis;
+}
+
 std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
                                Changes& changes) {
   Operation operation;
@@ -149,7 +213,7 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
   std::vector<Hypothesis> fits(shortlist.size());
   std::vector<char> done(shortlist.size(), 0);
   tbb::parallel_for(std::size_t{0}, shortlist.size(), [&](std::size_t i) {
-    done[i] = fit_candidate(study, base, candidates[shortlist[i].candidate], shortlist[i].strength, fits[i]);
+    done[i] = fit_candidate(study, base, candidates[shortlist[i].candidate], shortlist[i], fits[i]);
   });
   std::vector<Hypothesis> list;
   for (std::size_t i = 0; i < fits.size(); ++i)
@@ -162,6 +226,7 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
     ++near;
   tbb::parallel_for(std::size_t{0}, near, [&](std::size_t i) { polish(study, base, list[i]); });
   std::stable_sort(list.begin(), list.end(), by_chi2);
+  share_solutions(base, list);
   return list;
 }
 

@@ -64,6 +64,10 @@ Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<Fi
 /// The plant of a hypothesis, from its solution on, with other priors. Not linearised.
 Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitParameter> parameters);
 
+/// The same hypothesis fitted again, from the values that its parameters have in another plant.
+/// @param base with one effect at most, linearised
+Hypothesis fit_at(const Study& study, const Hypothesis& base, const Plant& values);
+
 /// Adds one effect to a hypothesis in all ways that the fast screen finds worth a fit.
 struct ExtendOptions {
   Index shortlist = 10;      ///< fits at most, the best of the screen first

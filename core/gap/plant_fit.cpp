@@ -286,7 +286,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
     const double std = parameters[static_cast<std::size_t>(i)].prior_std;
     if (std > 0) fit.precision(i) = 1 / (std * std);
   }
-  if (options.from) problem.start_from(*options.from, theta);
+  if (options.from && options.from->jacobian.size() > 0) problem.start_from(*options.from, theta);
   fit.solution = solver.minimise(*with_prior(problem, mean, fit.precision), theta, options.iterations);
   if (fit.solution.status == Status::outside_domain) return fit;
   theta = fit.solution.theta;

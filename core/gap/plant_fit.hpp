@@ -69,8 +69,8 @@ struct PlantFit {
 
 struct FitOptions {
   Index iterations = 12;
-  /// A linearised fit of the same records whose parameters are the first of this one's: its initial states and its
-  /// Jacobian are what this fit starts from, so that a first step costs one simulation a new parameter.
+  /// A fit of the same records whose parameters are the first of this one's: its initial states are what this fit
+  /// starts from, and its Jacobian if it is linearised, so that a first step costs one simulation a new parameter.
   const PlantFit* from = nullptr;
   bool linearise = true;  ///< Jacobian and covariance at the solution
   Vector theta = {};      ///< start of the parameters, in scales; empty: zero

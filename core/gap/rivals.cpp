@@ -12,6 +12,7 @@ constexpr double kLimit = 0.99;       // no probability is ever 1
 constexpr double kOfGap = 0.01;       // a of `weigh`
 constexpr double kNotSurprising = 1;  // of a parameter: without its prior it would be no better
 constexpr double kParameter = 1.5;    // what one more parameter has to bring, in log p
+constexpr double kFloorKnown = 1.05;  // of the floor, within which it is not told from what is left
 constexpr double kOfRemains = 0.05;   // b
 
 std::string error_id(const std::string& parameter) {
@@ -66,8 +67,8 @@ void weigh(std::vector<Rival>& rivals, const Weighing& weighing) {
   if (rivals.empty()) return;
   double best = rivals.front().chi2, sum = 0;
   for (const Rival& rival : rivals) best = std::min(best, rival.chi2);
-  const double temperature =
-      weighing.colour + kOfGap * std::max(weighing.gap, 0.0) + kOfRemains * std::max(best - weighing.floor_chi2, 0.0);
+  const double temperature = weighing.colour + kOfGap * std::max(weighing.gap, 0.0) +
+                             kOfRemains * std::max(best - kFloorKnown * weighing.floor_chi2, 0.0);
   const auto log_odds = [&](const Rival& rival) {
     return -(rival.chi2 - best) / (2 * temperature) + rival.plausibility;
   };

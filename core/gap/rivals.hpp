@@ -41,8 +41,8 @@ struct Weighing {
 };
 
 /// Keeps of each effect and place the most probable form, sets the probabilities, and sorts by them: log p = -(chi2 -
-/// best) / (2 T) + plausibility, T = colour + a gap + b (best - floor). No form in a catalogue is that of the rig, so
-/// that every one leaves some share of the gap; T is how much of such a difference means nothing (a, b: fitted on
+/// best) / (2 T) + plausibility, T = colour + a gap + b (best - 1.05 floor). No form in a catalogue is that of the rig,
+/// so that every one leaves some share of the gap; T is how much of such a difference means nothing (a, b: fitted on
 /// generated cases). None is above 0.99.
 void weigh(std::vector<Rival>& rivals, const Weighing& weighing);
 

@@ -44,9 +44,11 @@ std::vector<Screened> screen(const PlantFit& base, const std::vector<FitRecord>&
         found[i] = change.cast<float>();
       }
       const Vector common = base.jacobian.transpose() * change;
-      const double own = change.squaredNorm() - common.dot(factor.solve(common));
+      const Vector followed = factor.solve(common);
+      const double own = change.squaredNorm() - common.dot(followed);
       if (!(own > kIndistinct * change.squaredNorm())) continue;
       const double along = change.dot(base.residual);
+      list[i].retuning = -followed.head(base.theta.size());
       list[i].strength = -along / own;
       if (list[i].strength > 0 || candidates[i].either_sign) list[i].gain = 0.5 * along * along / own;
     }

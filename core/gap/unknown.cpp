@@ -13,6 +13,7 @@
 namespace wheelhop {
 namespace {
 
+constexpr double kWindow_s = 2;  // over which a law that changes with time stays as it is
 constexpr Index kMemory = 3;     // samples back, every second
 constexpr double kRidge = 1e-6;  // of the largest feature's power
 constexpr Index kFade = 20;      // the twentieth at either end in which an unknown signal fades
@@ -52,11 +53,34 @@ Matrix features_of(const Plant& plant, const FitRecord& record, const Trajectory
   return all;
 }
 
+/// Share of a signal that two regressors of one element explain window by window, the best element's.
+/// @param window_freedom independent values of the signal a window
+double explained_locally(const Vector& value, const Trajectory& motion, Index window, double window_freedom) {
+  double best = 0;
+  for (Index e = 0; e < motion.travel.rows(); ++e) {
+    double power = 0, left = 0;
+    for (Index first = 0; first + window <= value.size(); first += window) {
+      Matrix A(window, 3);
+      A << motion.travel.row(e).segment(first, window).transpose(),
+          motion.rate.row(e).segment(first, window).transpose(), Vector::Ones(window);
+      A.leftCols(2).rowwise() -= A.leftCols(2).colwise().mean();
+      for (Index j = 0; j < 2; ++j) A.col(j) /= std::max(A.col(j).norm(), 1e-300);
+      const Vector b = value.segment(first, window);
+      const Vector r = b - A * (A.transpose() * A).ldlt().solve(A.transpose() * b);
+      power += (b.array() - b.mean()).square().sum();
+      left += r.squaredNorm();
+    }
+    if (power > 0) best = std::max(best, 1 - left / power / std::max(1 - 2 / window_freedom, 0.1));
+  }
+  return best;
+}
+
 }  // namespace
 
 double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& records, const std::string& location) {
   const std::vector<Trajectory> motion = trajectories(fit, records);
-  double power = 0, left = 0;
+  const double sampling_hz = fit.plant.hold_hz() / static_cast<double>(records.front().ratio);
+  double power = 0, left = 0, locally = 0;
   for (std::size_t i = 0; i < records.size(); ++i) {
     const UnknownSignal signal = unknown_signal(fit, records, i, location);
     if (signal.status != Status::ok) return std::numeric_limits<double>::quiet_NaN();
@@ -65,6 +89,8 @@ double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& re
     const Index half = (features.cols() - features.cols() / kFade - first) / 2;
     const Matrix A = features.middleCols(first, half), B = features.middleCols(first + half, half);
     const Vector a = signal.value.segment(first, half), b = signal.value.segment(first + half, half);
+    const auto window = static_cast<Index>(std::llround(kWindow_s * sampling_hz));
+    locally = std::max(locally, explained_locally(signal.value, motion[i], window, 2 * signal.band_hz * kWindow_s));
     Matrix H = A * A.transpose();
     H.diagonal().array() += kRidge * H.diagonal().maxCoeff();
     const Vector weights = H.ldlt().solve(A * a);
@@ -72,7 +98,8 @@ double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& re
     power += std::max(b.squaredNorm() - noise, 0.0);
     left += std::max((b - B.transpose() * weights).squaredNorm() - noise, 0.0);
   }
-  return power > 0 ? std::clamp(1 - left / power, 0.0, 1.0) : std::numeric_limits<double>::quiet_NaN();
+  if (!(power > 0)) return std::numeric_limits<double>::quiet_NaN();
+  return std::clamp(std::max(1 - left / power, locally), 0.0, 1.0);
 }
 
 }  // namespace wheelhop
