@@ -74,7 +74,7 @@ TEST_CASE("a law with memory rests at zero, splits its power into stored energy 
       CHECK(s.df_dv == Approx(df).margin(1e-3));
       CHECK(s.dz_dv[0] == Approx(dg).epsilon(1e-5).margin(1e-3));
       difference(0, 0, h, df, dg);
-      CHECK(s.df_dz[0] == Approx(df).epsilon(1e-6));
+      CHECK(s.df_dz[0] == Approx(df).epsilon(1e-6).margin(1e-5));
       CHECK(s.dz_dz[0] == Approx(dg).epsilon(1e-4).margin(1e-2));
     }
   }
@@ -226,7 +226,13 @@ TEST_CASE("the linearisation of a plant with memories is the derivative of all i
     Vector up = point, down = point;
     up(j) += 1e-7;
     down(j) -= 1e-7;
-    const Vector numerical = (evaluate(up) - evaluate(down)) / 2e-7;
+    Vector numerical = (evaluate(up) - evaluate(down)) / 2e-7;
+    if (j == N + 1) {  // laws that take a drive's motion in steps: what a unit of it does to them at once
+      const double unit = 1;
+      Vector jumped = Vector::Zero(s);
+      motion.step_memories(&unit, jumped.data());
+      numerical.segment(2 * n, s) += jumped;
+    }
     INFO("column " << j);
     CHECK((numerical - analytic.col(j)).cwiseAbs().maxCoeff() < 1e-5 * std::max(1.0, numerical.cwiseAbs().maxCoeff()));
   }

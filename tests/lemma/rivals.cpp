@@ -22,7 +22,7 @@ double probability_of(const std::vector<Rival>& rivals, const std::string& effec
 
 TEST_CASE("the rival that leaves least is the most probable, equals are equal, and none is certain") {
   std::vector<Rival> rivals = {rival("a", 3000), rival("b", 1000), rival("c", 1e6)};
-  weigh(rivals, {1, 1e5, 1000});
+  weigh(rivals, {1, 1e3, 1000});
   CHECK(rivals.front().effect == "b");
   CHECK(rivals.front().probability == 0.99);
   CHECK(probability_of(rivals, "c") < 1e-6);
@@ -33,11 +33,11 @@ TEST_CASE("the rival that leaves least is the most probable, equals are equal, a
 
 TEST_CASE("a difference means less the larger the gap, the more is left, and the more the noise is coloured") {
   const auto winner = [](double colour, double gap, double floor) {
-    std::vector<Rival> rivals = {rival("a", 1000), rival("b", 1010)};
+    std::vector<Rival> rivals = {rival("a", 1000), rival("b", 1006)};
     weigh(rivals, {colour, gap, floor});
     return probability_of(rivals, "a");
   };
-  CHECK(winner(1, 0, 1000) == Approx(1 / (1 + std::exp(-5.0))).epsilon(1e-3));
+  CHECK(winner(1, 0, 1000) == Approx(1 / (1 + std::exp(-3.0))).epsilon(1e-3));
   CHECK(winner(1, 1e4, 1000) < winner(1, 1e3, 1000));
   CHECK(winner(1, 0, 500) < winner(1, 0, 1000));
   CHECK(winner(8, 0, 1000) < winner(1, 0, 1000));

@@ -50,7 +50,8 @@ LawKind cavitating_damper() {
                       .meaning = "exponent n: 1 where the force comes back from the start, more where it waits first",
                       .range = {.low = 1, .high = 20},
                       .required = false,
-                      .fallback = 1}};
+                      .fallback = 1,
+                      .typical = 2}};
   kind.force = nullptr;
   kind.slopes = nullptr;
   kind.energy = nullptr;
