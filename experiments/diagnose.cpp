@@ -10,6 +10,7 @@
 #include "experiments/diagnose_json.hpp"
 #include "experiments/diagnose_report.hpp"
 #include "experiments/render.hpp"
+#include "variants/solver/levenberg_marquardt.hpp"
 #include "variants/solver/secant_levenberg_marquardt.hpp"
 #include "variants/table.hpp"
 
@@ -59,8 +60,9 @@ Diagnosis diagnose_records(const Plant& plant, const RecordSet& set, const Candi
   const auto quick =
       make_secant_levenberg_marquardt({.relative_decrease = 2e-3, .trusted_gain = 0.25, .ending_share = 1});
   const auto thorough = make_secant_levenberg_marquardt({.relative_decrease = 1e-4});
+  const auto patient = make_levenberg_marquardt({.relative_decrease = 1e-5});
   Random random(1, Stream::bootstrap);
-  return diagnose(plant, set, candidates, *quick, *thorough, {}, random, step);
+  return diagnose(plant, set, candidates, {*quick, *thorough, *patient}, {}, random, step);
 }
 
 std::filesystem::path write_diagnosis(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,

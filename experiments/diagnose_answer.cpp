@@ -63,9 +63,10 @@ void print(const Diagnosis& diagnosis) {
   for (const Suspect& suspect : diagnosis.suspects) {
     fmt::print("  with {:<38} {:10.3f}   P {:.2f}", suspect.effect + " at " + suspect.location, suspect.misfit,
                suspect.probability);
-    for (const FittedParameter& parameter : suspect.parameters)
-      fmt::print("  {} = {:.4g} +- {:.2g}", parameter.name.substr(parameter.name.rfind('.') + 1), parameter.value,
-                 parameter.std);
+    for (const FittedParameter& parameter : suspect.parameters) {
+      fmt::print("  {} = {:.4g}", parameter.name.substr(parameter.name.rfind('.') + 1), parameter.value);
+      if (parameter.std > 0) fmt::print(" +- {:.2g}", parameter.std);  // of the answer alone
+    }
     fmt::print("\n");
   }
   fmt::print("\nwhat one unknown signal would leave, by the place where it enters (1: it explains all)\n");

@@ -31,7 +31,9 @@ Json parameters_json(const std::vector<FittedParameter>& parameters) {
   for (const FittedParameter& parameter : parameters)
     out.push_back({{"name", parameter.name},
                    {"value", parameter.value},
-                   {"ci90", {parameter.value - z90 * parameter.std, parameter.value + z90 * parameter.std}}});
+                   {"ci90", parameter.std > 0
+                                ? Json({parameter.value - z90 * parameter.std, parameter.value + z90 * parameter.std})
+                                : Json()}});
   return out;
 }
 

@@ -175,7 +175,8 @@ std::vector<Hypothesis> pairs(const Case& c, std::vector<Hypothesis>& singles, c
     if (c.step) c.step(fmt::format("a second effect beside {}", rivals[i].name()));
     if (first.fit.jacobian.size() == 0 && !linearise(first.fit, first.parameters, c.study.data.fitted)) continue;
     Hypothesis base = first;
-    base.held_out = fit_plant(first.fit.plant, {}, c.study.data.held_out, c.study.quick, {2, &c.retuned.held_out});
+    base.held_out =
+        fit_plant(first.fit.plant, {}, c.study.data.held_out, c.study.solvers.quick, {2, &c.retuned.held_out});
     if (base.held_out.error.empty()) continue;
     for (Hypothesis& pair :
          extend(c.study, base, {.shortlist = 5, .polished = 1, .without = rivals[i].name()}, changes))
@@ -262,8 +263,11 @@ void add_second(const Case& c, std::vector<Hypothesis>& singles, const std::vect
     return suspect.effect + "@" + suspect.location == diagnosis.named.front();
   });
   if (own != diagnosis.suspects.end()) std::rotate(diagnosis.suspects.begin(), own, own + 1);
+  // Alone the first effect may have looked like another; beside the second it is as sure as the pair.
   std::vector<Rival> others = rivals_of(seconds);
   weigh(others, {diagnosis.floor.colour, answer.chi2 - c.floor_chi2(), c.floor_chi2()});
+  Suspect& leading = diagnosis.suspects.front();
+  leading.probability = std::max(leading.probability, others.front().probability);
   diagnosis.suspects.insert(diagnosis.suspects.begin() + 1, suspect_of(c, others.front(), pair));
   answer = pair;
 }
@@ -346,15 +350,15 @@ std::string to_string(GapOutcome outcome) {
   }
 }
 
-Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList& candidates, const Solver& quick,
-                   const Solver& thorough, const DiagnoseOptions& options, Random& random,
+Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList& candidates, const GapSolvers& solvers,
+                   const DiagnoseOptions& options, Random& random,
                    const std::function<void(const std::string&)>& step) {
   Diagnosis diagnosis;
   diagnosis.plant = diagnosis.retuned_plant = plant;
   diagnosis.floor = noise_floor(set);
   const GapData data = gap_data(plant, set, diagnosis.floor, options.block_s);
   diagnosis.held_out = data.apart;
-  const Study study{plant, data, quick, thorough, candidates, tolerance_parameters(plant), options.iterations};
+  const Study study{plant, data, solvers, candidates, tolerance_parameters(plant), options.iterations};
   if (step) step("the plant as delivered");
   const Hypothesis delivered = fit_hypothesis(study, plant, {});
   if (step) step("re-tuning inside the tolerances");

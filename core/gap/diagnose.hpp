@@ -84,12 +84,10 @@ struct Diagnosis {
 };
 
 /// @param candidates every effect at every place of a plant
-/// @param quick, thorough for the many fits of which most are dropped, and for those that stay
 /// @param step called with what is being done, for a progress line; may be empty
 /// Status: outside_domain if the plant as delivered cannot follow the records' drives, or a fit of it fails.
 /// UserError as load_records' sets demand: noise_floor, fit_record; records shorter than four blocks.
-Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList& candidates, const Solver& quick,
-                   const Solver& thorough, const DiagnoseOptions& options, Random& random,
-                   const std::function<void(const std::string&)>& step);
+Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList& candidates, const GapSolvers& solvers,
+                   const DiagnoseOptions& options, Random& random, const std::function<void(const std::string&)>& step);
 
 }  // namespace wheelhop

@@ -33,6 +33,8 @@ GapStage stage_of(const Study& study, const PlantFit& run) {
   return stage;
 }
 
+// Far from the plant as delivered a fit of all parameters first loses itself in what the data hardly tell.
+constexpr Index kPatient = 4;
 constexpr Index kQuickIterations = 5;
 constexpr double kNear = 0.15;  // of the fall of chi2, by which a quick fit may lie behind the best and be fitted on
 
@@ -95,7 +97,7 @@ bool fit_candidate(const Study& study, const Hypothesis& base, EffectCandidate c
   const bool step = cost_of_start(study, base, out.start, stepped) < cost_of_start(study, base, out.start, delivered);
   Vector theta = Vector::Zero(static_cast<Index>(out.parameters.size()));
   theta.head(known) = step ? stepped : delivered;
-  if (!complete(study, study.quick, {kQuickIterations, &base.fit, false, theta},
+  if (!complete(study, study.solvers.quick, {kQuickIterations, &base.fit, false, theta},
                 {kQuickIterations, &base.held_out, false}, out))
     return false;
   out.plausibility = base.plausibility + log_plausibility(candidate, out.fit.plant);
@@ -132,7 +134,7 @@ void polish(const Study& study, const Hypothesis& base, Hypothesis& hypothesis) 
   if (hypothesis.parameters.size() == base.parameters.size()) return;  // nothing was fitted beyond the base
   if (!linearise(hypothesis.fit, hypothesis.parameters, study.data.fitted)) return;
   Hypothesis longer = hypothesis;
-  if (!complete(study, study.thorough, {study.iterations, &hypothesis.fit, false, hypothesis.fit.theta},
+  if (!complete(study, study.solvers.thorough, {study.iterations, &hypothesis.fit, false, hypothesis.fit.theta},
                 {study.iterations, &base.held_out, false}, longer) ||
       longer.chi2 >= hypothesis.chi2)
     return;
@@ -167,7 +169,7 @@ Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<Fi
   Hypothesis hypothesis;
   hypothesis.parameters = std::move(parameters);
   hypothesis.start = plant;
-  complete(study, study.thorough, {study.iterations}, {study.iterations}, hypothesis);
+  complete(study, study.solvers.patient, {kPatient * study.iterations}, {study.iterations}, hypothesis);
   return hypothesis;
 }
 
@@ -175,7 +177,7 @@ Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitP
   Hypothesis hypothesis;
   hypothesis.parameters = std::move(parameters);
   hypothesis.start = base.start;
-  complete(study, study.thorough, {study.iterations, &base.fit, false, base.fit.theta},
+  complete(study, study.solvers.patient, {kPatient * study.iterations, &base.fit, false, base.fit.theta},
            {study.iterations, &base.held_out, false}, hypothesis);
   return hypothesis;
 }
@@ -188,7 +190,7 @@ Hypothesis fit_at(const Study& study, const Hypothesis& base, const Plant& value
     theta(static_cast<Index>(i)) =
         (get_parameter(values, parameter.name) - get_parameter(base.start, parameter.name)) / parameter.scale;
   }
-  complete(study, study.thorough, {study.iterations, &base.fit, false, theta},
+  complete(study, study.solvers.thorough, {study.iterations, &base.fit, false, theta},
            {study.iterations, &base.held_out, false}, hypothesis);
   if (!hypothesis.effects.empty())
     hypothesis.plausibility = log_plausibility(hypothesis.effects.back(), hypothesis.fit.plant);

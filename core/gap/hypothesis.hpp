@@ -47,12 +47,17 @@ std::string name_of(const EffectCandidate& effect);
 
 using CandidateList = std::function<std::vector<EffectCandidate>(const Plant&, const Operation&)>;
 
+struct GapSolvers {
+  const Solver& quick;     ///< for many fits of which most are dropped
+  const Solver& thorough;  ///< for those that stay
+  const Solver& patient;   ///< for all parameters at once, far from where they count
+};
+
 /// Everything that fitting a hypothesis reads.
 struct Study {
   const Plant& nominal;
   const GapData& data;
-  const Solver& quick;  ///< for many fits of which most are dropped
-  const Solver& thorough;
+  const GapSolvers& solvers;
   const CandidateList& candidates;
   std::vector<FitParameter> tolerances;
   Index iterations = 12;
