@@ -18,6 +18,8 @@ constexpr double kNotice = 40;          // fall of chi2 over the noise's colour 
 constexpr double kWorthFitting = 0.25;  // of that, expected by the screen
 constexpr double kOutOfTolerance = 3;   // surprise of a parameter
 constexpr double kExplains = 0.7;       // closure below which no family of the catalogue fits
+constexpr double kExplainsWell = 0.9;   // closure from which the place need not be asked
+constexpr double kElsewhere = 1.5;      // leftover over that of the best place, from which the gap enters elsewhere
 constexpr double kSecond = 0.5;         // share of what is left that a second effect has to remove
 constexpr double kSecondThere = 0.7;    // likewise, where the first one stands
 constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for
@@ -272,6 +274,17 @@ void add_second(const Case& c, std::vector<Hypothesis>& singles, const std::vect
   answer = pair;
 }
 
+/// What an unknown signal at the place of "effect@location" leaves; that of the best place where it is not known.
+double leftover_of(const Diagnosis& diagnosis, const std::string& name) {
+  const std::string location = name.substr(name.find('@') + 1), guide = kGuide + location;
+  for (const Place& place : diagnosis.places)
+    if (place.location == location || place.location == guide ||
+        std::find(place.same.begin(), place.same.end(), location) != place.same.end() ||
+        std::find(place.same.begin(), place.same.end(), guide) != place.same.end())
+      return place.leftover;
+  return diagnosis.places.empty() ? 0 : diagnosis.places.front().leftover;
+}
+
 void judge(const Case& c, Diagnosis& diagnosis) {
   if (c.step) c.step("every effect at every place");
   Changes changes;
@@ -322,7 +335,11 @@ void judge(const Case& c, Diagnosis& diagnosis) {
   diagnosis.plant = answer.fit.plant;
   diagnosis.closure = closure(c.retuned.stage.blocks, answer.stage.blocks, c.options.draws, c.random);
   const double explained = (c.retuned.chi2 - answer.chi2) / std::max(gap, 1.0);
-  if (explained < kExplains) name_unknown(c, diagnosis);
+  // What explains a part of the gap from a place at which no signal would explain the rest is a mask.
+  const bool misplaced =
+      diagnosis.outcome != GapOutcome::several && explained < kExplainsWell && !diagnosis.places.empty() &&
+      leftover_of(diagnosis, diagnosis.named.front()) > kElsewhere * diagnosis.places.front().leftover;
+  if (explained < kExplains || misplaced) name_unknown(c, diagnosis);
 }
 
 /// For each place the smaller leftover of two fits, in ascending order.
