@@ -126,10 +126,11 @@ int run_plan(const PlanRequest& request) {
     for (FitRecord& record : planned.records) record.weight_std = record.weight_std.cwiseProduct(noise).eval();
     Operation operation;
     operation_of(plant, planned.records, {}, operation);
-    plan = plan_test(plant, planned.records, planned.repeats, effect_candidates(plant, operation), {},
-                     [&](const std::string& what) {
-                       if (!request.quiet) std::fprintf(stderr, "plan: %s\n", what.c_str());
-                     });
+    std::vector<EffectCandidate> candidates = effect_candidates(plant, operation);
+    for (EffectCandidate& candidate : candidates) candidate = at_typical_size(std::move(candidate));
+    plan = plan_test(plant, planned.records, planned.repeats, candidates, {}, [&](const std::string& what) {
+      if (!request.quiet) std::fprintf(stderr, "plan: %s\n", what.c_str());
+    });
   }
   if (plan.status != Status::ok) {
     std::fprintf(stderr, "wheelhop: the plant cannot follow the planned drives: %s\n", plan.message.c_str());

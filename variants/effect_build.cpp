@@ -93,6 +93,15 @@ void plausibly(EffectCandidate& candidate, const std::string& parameter, double 
   throw std::invalid_argument("plausibly: the candidate does not move " + parameter);
 }
 
+void typically(EffectCandidate& candidate, const std::string& parameter, double value) {
+  for (const FitParameter& own : candidate.parameters)
+    if (own.name.ends_with("." + parameter)) {
+      candidate.typical.emplace_back(own.name, value);
+      return;
+    }
+  throw std::invalid_argument("typically: the candidate does not move " + parameter);
+}
+
 double third(double value) { return std::abs(value) / 3; }
 
 std::shared_ptr<const Effect> effect_family(

@@ -17,4 +17,9 @@ double log_plausibility(const EffectCandidate& candidate, const Plant& fitted) {
   return sum;
 }
 
+EffectCandidate at_typical_size(EffectCandidate candidate) {
+  for (const auto& [name, value] : candidate.typical) set_parameter(candidate.plant, name, value);
+  return candidate;
+}
+
 }  // namespace wheelhop

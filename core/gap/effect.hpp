@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/gap/operation.hpp"
@@ -27,7 +28,13 @@ struct EffectCandidate {
   bool proportional = true;              ///< small strengths act in proportion; false for a gap or a knee
   bool either_sign = false;              ///< strength may lie on either side of `ideal`
   std::vector<Plausible> plausible = {};
+  /// Sizes that the literature gives for a passenger car's corner, where those of `plant` come from the operation at
+  /// hand: for judging a test before it is run.
+  std::vector<std::pair<std::string, double>> typical = {};
 };
+
+/// The candidate at the sizes that the literature gives, where it gives any.
+EffectCandidate at_typical_size(EffectCandidate candidate);
 
 /// Log of the log-normal densities of a fitted plant's parameters, each over its largest value: 0 where all lie in the
 /// middle of what is plausible, -1.35 for one at an end.

@@ -78,6 +78,8 @@ TEST_CASE("candidates stand at places of the plant, name parameters it has, and 
         CHECK(parameter.scale > 0);
         CHECK_NOTHROW(get_parameter(candidate.plant, parameter.name));
       }
+      for (const auto& [name, value] : candidate.typical)
+        CHECK(get_parameter(at_typical_size(candidate).plant, name) == value);
       Vector residual;
       CHECK(plant_residual(candidate.plant, {c.record}, {c.rest}, residual));
     }

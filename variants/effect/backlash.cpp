@@ -12,6 +12,7 @@ std::shared_ptr<const Effect> make_backlash(const EffectOptions&) {
             if (!(gap > 0)) continue;
             list.push_back(with_law(plant, e, "backlash", "play", "backlash", {gap}, {{"gap_m", third(gap)}}));
             list.back().proportional = false;
+            typically(list.back(), "gap_m", 0.0002);
           }
         }
       });

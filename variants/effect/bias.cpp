@@ -10,6 +10,11 @@ std::shared_ptr<const Effect> make_bias(const EffectOptions&) {
       if (!(size > 0)) continue;
       list.push_back(with_path(plant, "bias", place, "constant", {{place + ".bias", size, size}}));
       list.back().either_sign = true;
+      const SensorKind kind = plant.sensors[static_cast<std::size_t>(i)].kind;
+      typically(list.back(), "bias",
+                1 * (kind == SensorKind::acceleration ? 0.1
+                     : kind == SensorKind::velocity   ? 0.01
+                                                      : 0.002));
     }
   });
 }

@@ -19,11 +19,15 @@ std::shared_ptr<const Effect> make_bump_stop(const EffectOptions&) {
                                   {shrinking, none, stiffness, 2},
                                   {{"compression_gap_m", 0.1 * shrinking}, {"stiffness_n_per_m", third(stiffness)}}));
           list.back().proportional = false;
+          typically(list.back(), "compression_gap_m", share < 0.6 ? 0.02 : 0.035);
+          typically(list.back(), "stiffness_n_per_m", 5e4);
         }
         if (growing > 0) {
           list.push_back(with_law(plant, e, "bump_stop", "growing travel", "bump_stop", {none, growing, stiffness, 2},
                                   {{"extension_gap_m", 0.1 * growing}, {"stiffness_n_per_m", third(stiffness)}}));
           list.back().proportional = false;
+          typically(list.back(), "extension_gap_m", share < 0.6 ? 0.02 : 0.035);
+          typically(list.back(), "stiffness_n_per_m", 5e4);
         }
       }
     }

@@ -15,6 +15,7 @@ std::shared_ptr<const Effect> make_cavitation(const EffectOptions&) {
               list.push_back(with_law(plant, e, "cavitation", side > 0 ? "rebound" : "jounce", "cavitating_damper",
                                       {damping, travel, side, 2}, {{"dead_travel_m", third(travel)}, {"onset", 0.7}}));
               list.back().proportional = false;  // the shorter the travel, the stiffer the equation
+              typically(list.back(), "dead_travel_m", 0.002);
             }
         }
       });

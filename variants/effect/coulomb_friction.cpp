@@ -14,11 +14,15 @@ std::shared_ptr<const Effect> make_coulomb_friction(const EffectOptions&) {
                                   {force, 0, 10 * speed, speed},
                                   {{"force_n", third(force)}, {"velocity_m_per_s", third(speed)}}));
           plausibly(list.back(), "velocity_m_per_s", 1e-3 * own.rate_rms_m_per_s, 0.2 * own.rate_rms_m_per_s);
+          typically(list.back(), "force_n", 40);
+          typically(list.back(), "velocity_m_per_s", 0.005);
           // Sliding that a stiff elastic travel of some percent of the whole precedes (Dahl 1968).
           const double yield = 0.02 * own.travel_rms_m;
           list.push_back(with_law(plant, e, "coulomb_friction", "presliding", "bouc_wen", {force, yield, 1, 0.5},
                                   {{"force_n", third(force)}, {"yield_travel_m", third(yield)}}));
           plausibly(list.back(), "yield_travel_m", 2e-5, 3e-4);
+          typically(list.back(), "force_n", 40);
+          typically(list.back(), "yield_travel_m", 1e-4);
         }
       });
 }

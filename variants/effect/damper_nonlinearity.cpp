@@ -15,11 +15,13 @@ std::shared_ptr<const Effect> make_damper_nonlinearity(const EffectOptions&) {
         list.push_back(with_law(plant, e, "damper_nonlinearity", "digressive", "digressive_damper",
                                 {damping, knee, 0.5}, {{"knee_velocity_m_per_s", third(knee)}, {"exponent", 0.2}}));
         list.back().proportional = false;
+        typically(list.back(), "knee_velocity_m_per_s", 0.2);
       }
       const double knee = 2 * own.rate_rms_m_per_s;
       list.push_back(with_law(plant, e, "damper_nonlinearity", "progressive", "digressive_damper", {damping, knee, 1.5},
                               {{"knee_velocity_m_per_s", third(knee)}, {"exponent", 0.2}}));
       list.back().proportional = false;
+      typically(list.back(), "knee_velocity_m_per_s", 0.5);
       const double per_m = 0.1 / std::max(own.travel_rms_m, 1e-9), per_m2 = per_m / std::max(own.travel_rms_m, 1e-9);
       list.push_back(with_law(plant, e, "damper_nonlinearity", "position dependent", "position_dependent_damper",
                               {damping, per_m2, per_m}, {{"per_m2", third(per_m2)}, {"per_m", third(per_m)}}));

@@ -12,6 +12,11 @@ std::shared_ptr<const Effect> make_drift(const EffectOptions&) {
       list.push_back(with_path(plant, "drift", place, "linear in time",
                                {{place + ".drift_per_s", size, size}, {place + ".bias", 0, 10 * size}}));
       list.back().either_sign = true;
+      const SensorKind kind = plant.sensors[static_cast<std::size_t>(i)].kind;
+      typically(list.back(), "drift_per_s",
+                0.05 * (kind == SensorKind::acceleration ? 0.1
+                        : kind == SensorKind::velocity   ? 0.01
+                                                         : 0.002));
     }
   });
 }

@@ -14,6 +14,7 @@ std::shared_ptr<const Effect> make_rate_limit(const EffectOptions&) {
             list.push_back(with_path(plant, "rate_limit", actuator_of(plant, input), "rate",
                                      {{path + ".rate_limit", limit, 0.2 * limit}}));
             list.back().proportional = false;
+            if (input.kind == InputKind::displacement) typically(list.back(), "rate_limit", 0.8);
           }
         }
       });

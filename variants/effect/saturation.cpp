@@ -14,12 +14,14 @@ std::shared_ptr<const Effect> make_saturation(const EffectOptions&) {
             list.push_back(with_path(plant, "saturation", actuator_of(plant, input), "hard end",
                                      {{path + ".saturation", share * peak, 0.1 * share * peak}}));
             list.back().proportional = false;
+            if (input.kind == InputKind::displacement) typically(list.back(), "saturation", 0.03);
           }
           for (const double share : {0.9, 1.5}) {  // a soft end is felt before it is reached
             list.push_back(with_path(
                 plant, "saturation", actuator_of(plant, input), "soft end",
                 {{path + ".saturation", share * peak, 0.2 * share * peak}, {path + ".saturation_sharpness", 4, 1.5}}));
             list.back().proportional = false;
+            if (input.kind == InputKind::displacement) typically(list.back(), "saturation", 0.03);
           }
         }
       });

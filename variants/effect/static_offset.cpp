@@ -15,6 +15,7 @@ std::shared_ptr<const Effect> make_static_offset(const EffectOptions&) {
           list.push_back(
               with_law(plant, e, "static_offset", "rest position", "rest_offset", {offset}, {{"offset_m", offset}}));
           list.back().either_sign = true;
+          typically(list.back(), "offset_m", 0.01);
         }
       });
 }

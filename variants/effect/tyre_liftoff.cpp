@@ -13,6 +13,7 @@ std::shared_ptr<const Effect> make_tyre_liftoff(const EffectOptions&) {
             list.push_back(
                 with_law(plant, e, "tyre_liftoff", "contact", "liftoff", {load}, {{"static_load_n", 0.1 * load}}));
             list.back().proportional = false;
+            typically(list.back(), "static_load_n", 3500);
           }
         }
       });

@@ -1,0 +1,148 @@
+#include "core/gap/judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace wheelhop {
+namespace {
+
+constexpr double kWorthFitting = 0.25;  // of that, expected by the screen
+constexpr double kExplains = 0.7;       // closure below which no family of the catalogue fits
+constexpr double kExplainsWell = 0.9;   // closure from which the place need not be asked
+constexpr double kElsewhere = 1.5;      // leftover over that of the best place, from which the gap enters elsewhere
+constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for
+constexpr double kConsidered = 0.05;    // probability from which a rival is named
+
+void add_locations(const std::vector<Rival>& rivals, Diagnosis& diagnosis) {
+  std::map<std::string, double> sums;
+  for (const Rival& rival : rivals) sums[rival.location] += rival.probability;
+  diagnosis.locations.clear();
+  for (const auto& [location, sum] : sums) diagnosis.locations.push_back({location, std::min(sum, kLimit)});
+  std::stable_sort(diagnosis.locations.begin(), diagnosis.locations.end(),
+                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
+}
+
+void add_ambiguous(const std::vector<Rival>& rivals, Diagnosis& diagnosis) {
+  for (const Rival& rival : rivals)
+    if (rival.probability > kConsidered &&
+        std::find(diagnosis.named.begin(), diagnosis.named.end(), rival.name()) == diagnosis.named.end())
+      diagnosis.ambiguous_with.push_back(rival.name());
+}
+
+/// The answer is one parameter of the plant, free of its tolerance.
+void name_parameter(const GapCase& c, const Rival& rival, Diagnosis& diagnosis) {
+  std::vector<FitParameter> free = c.study.tolerances;
+  free[rival.hypothesis].prior_std = 0;
+  Hypothesis answer = fit_from(c.study, c.retuned, free);
+  if (!answer.fit.error.empty()) linearise(answer.fit, free, c.study.data.fitted);
+  const Hypothesis& best = answer.fit.error.empty() ? c.retuned : answer;
+  diagnosis.outcome = GapOutcome::parameter;
+  diagnosis.named = {rival.name()};
+  diagnosis.corrected = best.stage;
+  diagnosis.plant = best.fit.plant;
+  diagnosis.closure = closure(c.delivered.stage.blocks, best.stage.blocks, c.options.draws, c.random);
+  const FittedParameter fitted = fitted_parameters(best.fit, free, 0)[rival.hypothesis];
+  diagnosis.suspects = {
+      {rival.effect, rival.location, "", rival.probability, best.stage.misfit, diagnosis.closure, {fitted}}};
+}
+
+void name_nothing(const GapCase& c, Diagnosis& diagnosis) {
+  diagnosis.outcome = GapOutcome::none;
+  diagnosis.corrected = c.retuned.stage;
+  diagnosis.plant = c.retuned.fit.plant;
+  diagnosis.closure = closure(c.delivered.stage.blocks, c.retuned.stage.blocks, c.options.draws, c.random);
+}
+
+/// What an unknown signal at the place of "effect@location" leaves; that of the best place where it is not known.
+double leftover_of(const Diagnosis& diagnosis, const std::string& name) {
+  const std::string location = name.substr(name.find('@') + 1), guide = kGuide + location;
+  for (const Place& place : diagnosis.places)
+    if (place.location == location || place.location == guide ||
+        std::find(place.same.begin(), place.same.end(), location) != place.same.end() ||
+        std::find(place.same.begin(), place.same.end(), guide) != place.same.end())
+      return place.leftover;
+  return diagnosis.places.empty() ? 0 : diagnosis.places.front().leftover;
+}
+
+}  // namespace
+
+std::vector<FittedParameter> fitted_parameters(const PlantFit& fit, const std::vector<FitParameter>& list,
+                                               std::size_t first) {
+  std::vector<FittedParameter> out;
+  for (std::size_t i = first; i < list.size(); ++i) {
+    const double variance =
+        fit.covariance.size() > 0 ? fit.covariance(static_cast<Index>(i), static_cast<Index>(i)) : 0.0;
+    out.push_back({list[i].name, get_parameter(fit.plant, list[i].name), std::sqrt(variance) * list[i].scale});
+  }
+  return out;
+}
+
+Suspect suspect_of(const GapCase& c, const Rival& rival, const Hypothesis& hypothesis) {
+  return {rival.effect,
+          rival.location,
+          hypothesis.effects.back().form,
+          rival.probability,
+          hypothesis.stage.misfit,
+          closure(c.retuned.stage.blocks, hypothesis.stage.blocks, c.options.draws, c.random),
+          fitted_parameters(hypothesis.fit, hypothesis.parameters, c.study.tolerances.size())};
+}
+
+void judge(const GapCase& c, Diagnosis& diagnosis) {
+  if (c.step) c.step("every effect at every place");
+  Changes changes;
+  std::vector<Hypothesis> singles =
+      extend(c.study, c.retuned, {.least = kWorthFitting * kNotice * diagnosis.floor.colour}, changes);
+  std::vector<Rival> rivals = rivals_of(singles);
+  const Vector t = surprises(c.retuned.fit, static_cast<Index>(c.study.tolerances.size()));
+  const double surprise = t.size() > 0 ? t.cwiseAbs().maxCoeff() : 0;
+  const double gain = singles.empty() ? 0 : c.retuned.chi2 - singles.front().chi2;
+  const bool effect_seen = gain > kNotice * diagnosis.floor.colour;
+  const double left = c.retuned.chi2 / c.floor_chi2() - 1;
+  if (!effect_seen && surprise < kOutOfTolerance) {
+    name_nothing(c, diagnosis);
+    if (!name_rounding(c, diagnosis) && left > kTooSmall) name_unknown(c, diagnosis);
+    return;
+  }
+  // A parameter that is free inside its tolerance, and a wide one, would have been tuned to the floor.
+  if (left <= kTooSmall || rivals.empty())
+    for (Rival& parameter : parameter_rivals(c.study, c.retuned)) rivals.push_back(std::move(parameter));
+  if (rivals.empty()) return name_unknown(c, diagnosis);
+  double best = c.retuned.chi2;
+  for (const Rival& rival : rivals) best = std::min(best, rival.chi2);
+  weigh(rivals, {diagnosis.floor.colour, c.retuned.chi2 - best, c.floor_chi2()});
+  add_locations(rivals, diagnosis);
+  if (rivals.front().is_parameter) {
+    name_parameter(c, rivals.front(), diagnosis);
+    add_ambiguous(rivals, diagnosis);
+    return;
+  }
+
+  diagnosis.named = {rivals.front().name()};
+  diagnosis.outcome = GapOutcome::effect;
+  for (const Rival& rival : rivals)
+    if (!rival.is_parameter) diagnosis.suspects.push_back(suspect_of(c, rival, singles[rival.hypothesis]));
+  Hypothesis answer = singles[rivals.front().hypothesis];
+  const double gap = c.retuned.chi2 - c.floor_chi2(), remains = answer.chi2 - c.floor_chi2();
+  if (c.options.effects > 1 && remains > std::max(kNotice * diagnosis.floor.colour, kWorthSecond * gap))
+    add_second(c, singles, rivals, changes, answer, diagnosis);
+  if (diagnosis.outcome == GapOutcome::effect) {
+    add_ambiguous(rivals, diagnosis);
+    if (!diagnosis.ambiguous_with.empty()) diagnosis.outcome = GapOutcome::ambiguous;
+  }
+  if (linearise(answer.fit, answer.parameters, c.study.data.fitted))
+    diagnosis.suspects.front().parameters = fitted_parameters(answer.fit, answer.parameters, c.study.tolerances.size());
+  check_answer(c, answer, diagnosis);
+  find_separating_test(c, diagnosis);
+  diagnosis.corrected = answer.stage;
+  diagnosis.plant = answer.fit.plant;
+  diagnosis.closure = closure(c.retuned.stage.blocks, answer.stage.blocks, c.options.draws, c.random);
+  const double explained = (c.retuned.chi2 - answer.chi2) / std::max(gap, 1.0);
+  // What explains a part of the gap from a place at which no signal would explain the rest is a mask.
+  const bool misplaced =
+      diagnosis.outcome != GapOutcome::several && explained < kExplainsWell && !diagnosis.places.empty() &&
+      leftover_of(diagnosis, diagnosis.named.front()) > kElsewhere * diagnosis.places.front().leftover;
+  if (explained < kExplains || misplaced) name_unknown(c, diagnosis);
+}
+
+}  // namespace wheelhop

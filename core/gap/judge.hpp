@@ -1,0 +1,61 @@
+/// \file
+/// Inside of `diagnose`: from fitted hypotheses to an answer.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/gap/diagnose.hpp"
+#include "core/gap/rivals.hpp"
+
+namespace wheelhop {
+
+/// Fall of chi2, over the noise's colour, from which an effect is more than chance.
+inline constexpr double kNotice = 40;
+/// Misfit - 1 below which an unexplained gap is no ground for any statement.
+inline constexpr double kTooSmall = 0.1;
+/// Surprise of a parameter from which it is out of tolerance.
+inline constexpr double kOutOfTolerance = 3;
+/// No probability is ever 1.
+inline constexpr double kLimit = 0.99;
+/// What stands before a mass in the name of the place between it and the ground.
+inline constexpr const char* kGuide = "guide:";
+
+/// What has been computed and is being judged.
+struct GapCase {
+  const Study& study;
+  const DiagnoseOptions& options;
+  const Hypothesis& delivered;
+  const Hypothesis& retuned;
+  Random& random;
+  const std::function<void(const std::string&)>& step;
+  double floor_chi2() const { return study.data.samples; }
+};
+
+/// Values and standard deviations of a fit's parameters from number `first` on; 0 where it is not linearised.
+std::vector<FittedParameter> fitted_parameters(const PlantFit& fit, const std::vector<FitParameter>& list,
+                                               std::size_t first);
+/// @param rival the last effect of the hypothesis
+Suspect suspect_of(const GapCase& c, const Rival& rival, const Hypothesis& hypothesis);
+
+/// The verdict: nothing, a parameter, one effect or two, rounding, or a place outside the catalogue.
+void judge(const GapCase& c, Diagnosis& diagnosis);
+
+/// Nothing of the catalogue explains the gap: the answer is a place, and whether the plant's states make the signal.
+void name_unknown(const GapCase& c, Diagnosis& diagnosis);
+/// A converter whose steps make most of the noise: no model removes them, but they are the reason for the floor. False
+/// if there is none.
+bool name_rounding(const GapCase& c, Diagnosis& diagnosis);
+
+/// Looks for a second effect beside the best first ones. @param answer replaced if there is one, or if the search has
+/// found a better fit of the first alone
+void add_second(const GapCase& c, std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals, Changes& changes,
+                Hypothesis& answer, Diagnosis& diagnosis);
+
+/// Checks by other means than those that found the answer. @param answer linearised
+void check_answer(const GapCase& c, const Hypothesis& answer, Diagnosis& diagnosis);
+/// What would tell the answer and its nearest rival apart.
+void find_separating_test(const GapCase& c, Diagnosis& diagnosis);
+
+}  // namespace wheelhop

@@ -1,0 +1,56 @@
+#include "core/gap/judge.hpp"
+
+#include <fmt/format.h>
+
+namespace wheelhop {
+namespace {
+
+constexpr double kPlausible = -4;  // log density of an answer's sizes, below which they are odd
+constexpr double kSame = 0.9;      // closure from which a rival would have done as well
+
+void add_check(Diagnosis& diagnosis, const std::string& name, bool passed, std::string detail) {
+  diagnosis.checks.push_back({name, passed, std::move(detail)});
+}
+
+}  // namespace
+
+void check_answer(const GapCase& c, const Hypothesis& answer, Diagnosis& diagnosis) {
+  const double left = answer.fit.misfit - 1;
+  add_check(diagnosis, "nothing of note is left", left < kTooSmall,
+            fmt::format("misfit {:.3f} of the fitted records, 1 is the floor", answer.fit.misfit));
+  const auto count = static_cast<Index>(c.study.tolerances.size());
+  const Vector z = answer.fit.theta.head(count);
+  if (answer.fit.covariance.size() > 0 && count > 0) {
+    Index most = 0;
+    const double surprise = surprises(answer.fit, count).cwiseAbs().maxCoeff(&most);
+    add_check(diagnosis, "parameters come home into their tolerances", surprise < kOutOfTolerance,
+              fmt::format("sum of squares {:.1f} tolerances, {:.1f} without the effect; furthest {} at {:.1f}",
+                          z.squaredNorm(), c.retuned.fit.theta.squaredNorm(),
+                          c.study.tolerances[static_cast<std::size_t>(most)].name, z(most)));
+  }
+  add_check(diagnosis, "sizes are those of the literature", answer.plausibility > kPlausible,
+            fmt::format("log density {:.1f} against the middle of what is usual", answer.plausibility));
+  for (const Suspect& suspect : diagnosis.suspects) {
+    if (suspect.effect == diagnosis.suspects.front().effect) continue;
+    add_check(diagnosis, "without its family the answer would not be the same", suspect.closure.value < kSame,
+              fmt::format("next is {} at {}, which removes {:.0f} %", suspect.effect, suspect.location,
+                          100 * suspect.closure.value));
+    break;
+  }
+}
+
+void find_separating_test(const GapCase& c, Diagnosis& diagnosis) {
+  if (diagnosis.ambiguous_with.empty() || diagnosis.named.empty()) return;
+  if (c.step) c.step("a test that would tell " + diagnosis.named.front() + " and " + diagnosis.ambiguous_with.front());
+  Operation operation;
+  if (!operation_of(c.study.nominal, c.study.data.fitted, {}, operation)) return;
+  const EffectCandidate *a = nullptr, *b = nullptr;
+  const std::vector<EffectCandidate> all = c.study.candidates(c.study.nominal, operation);
+  for (const EffectCandidate& candidate : all) {
+    if (!a && name_of(candidate) == diagnosis.named.front()) a = &candidate;
+    if (!b && name_of(candidate) == diagnosis.ambiguous_with.front()) b = &candidate;
+  }
+  if (a && b) diagnosis.separating = separating_test(c.study.nominal, c.study.data.fitted, *a, *b);
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,80 @@
+#include "core/gap/judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "core/gap/unknown.hpp"
+
+namespace wheelhop {
+namespace {
+
+constexpr double kOwnDoing = 0.04;  // share of an unknown signal that states explain, below which it is from outside
+constexpr double kRounded = 0.15;   // share of the floor that rounding makes, from which the converter is named
+constexpr double kRoundingSeen = 0.95;  // probability of a lattice that was seen in the readings
+
+/// Locations by what an unknown signal there leaves, as rivals over blocks of time.
+void locate_by_leftover(Diagnosis& diagnosis) {
+  if (diagnosis.places.empty()) return;
+  Vector leftovers(static_cast<Index>(diagnosis.places.size()));
+  for (std::size_t i = 0; i < diagnosis.places.size(); ++i)
+    leftovers(static_cast<Index>(i)) = std::max(diagnosis.places[i].leftover, 1e-3);
+  const Vector p = rival_probabilities(leftovers, diagnosis.retuned.blocks.size(), kLimit);
+  diagnosis.locations.clear();
+  for (std::size_t i = 0; i < diagnosis.places.size(); ++i)
+    diagnosis.locations.push_back({diagnosis.places[i].location, p(static_cast<Index>(i))});
+}
+
+}  // namespace
+
+void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
+  diagnosis.outcome = GapOutcome::located_not_in_catalogue;
+  diagnosis.ambiguous_with.clear();
+  // What fits by chance says nothing of the place; the leftovers do.
+  locate_by_leftover(diagnosis);
+  if (diagnosis.locations.empty()) {
+    diagnosis.outcome = GapOutcome::insufficient;
+    diagnosis.message = "a gap is left that no effect explains, and one channel does not tell where it enters";
+    diagnosis.named.clear();
+    return;
+  }
+  std::string& location = diagnosis.locations.front().location;
+  const double own = explained_by_states(c.retuned.fit, c.study.data.fitted, location);
+  if (own < kOwnDoing && !diagnosis.places.empty()) {  // a force from outside acts on a mass, if the place can be one
+    const Place& place = diagnosis.places.front();
+    std::vector<std::string> entries = place.same;
+    entries.insert(entries.begin(), place.location);
+    const auto guide = std::find_if(entries.begin(), entries.end(),
+                                    [](const std::string& entry) { return entry.starts_with(kGuide); });
+    if (guide != entries.end()) {
+      location = *guide;
+      diagnosis.outcome = GapOutcome::exogenous;
+    }
+  }
+  // A force between the ground and a mass is one on the mass.
+  if (location.starts_with(kGuide)) location.erase(0, std::strlen(kGuide));
+  diagnosis.named = {(diagnosis.outcome == GapOutcome::exogenous ? "exogenous_force@" : "unknown@") + location};
+}
+
+bool name_rounding(const GapCase& c, Diagnosis& diagnosis) {
+  const FitRecord& record = c.study.data.fitted.front();
+  for (Index j = 0; j < record.quantum.size(); ++j) {
+    const double rounding = record.quantum(j) / std::sqrt(12.0);
+    if (!(rounding * rounding > kRounded * diagnosis.floor.std(j) * diagnosis.floor.std(j))) continue;
+    const std::string location = "sensor:" + c.study.nominal.sensors[static_cast<std::size_t>(j)].name;
+    diagnosis.outcome = GapOutcome::effect;
+    diagnosis.named = {"quantisation@" + location};
+    diagnosis.locations = {{location, kRoundingSeen}};
+    diagnosis.suspects = {{"quantisation",
+                           location,
+                           "rounding",
+                           kRoundingSeen,
+                           c.retuned.stage.misfit,
+                           {},
+                           {{location + ".quantum", record.quantum(j), 0}}}};
+    return true;
+  }
+  return false;
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,79 @@
+#include "core/gap/judge.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace wheelhop {
+namespace {
+
+constexpr double kSecond = 0.5;       // share of what is left that a second effect has to remove
+constexpr double kSecondThere = 0.7;  // likewise, where the first one stands
+constexpr double kFarBehind = 3;      // of what the best first effect leaves
+constexpr std::size_t kBeam = 3;      // first effects to which a second is tried
+
+/// Every second effect for each of the best first ones.
+std::vector<Hypothesis> pairs(const GapCase& c, std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals,
+                              Changes& changes) {
+  std::vector<Hypothesis> all;
+  for (std::size_t i = 0; i < std::min(kBeam, rivals.size()); ++i) {
+    if (rivals[i].is_parameter) continue;
+    Hypothesis& first = singles[rivals[i].hypothesis];
+    // Of two effects either alone leaves about as much as the other; what leaves far more is no part of the answer.
+    if (first.chi2 - c.floor_chi2() > kFarBehind * (singles.front().chi2 - c.floor_chi2())) continue;
+    if (c.step) c.step(fmt::format("a second effect beside {}", rivals[i].name()));
+    if (first.fit.jacobian.size() == 0 && !linearise(first.fit, first.parameters, c.study.data.fitted)) continue;
+    Hypothesis base = first;
+    base.held_out =
+        fit_plant(first.fit.plant, {}, c.study.data.held_out, c.study.solvers.quick, {2, &c.retuned.held_out});
+    if (base.held_out.error.empty()) continue;
+    for (Hypothesis& pair :
+         extend(c.study, base, {.shortlist = 5, .polished = 1, .without = rivals[i].name()}, changes))
+      all.push_back(std::move(pair));
+  }
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.chi2 < b.chi2; });
+  return all;
+}
+
+}  // namespace
+
+void add_second(const GapCase& c, std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals, Changes& changes,
+                Hypothesis& answer, Diagnosis& diagnosis) {
+  std::vector<Hypothesis> seconds = pairs(c, singles, rivals, changes);
+  if (seconds.empty()) return;
+  const Hypothesis& pair = seconds.front();
+  const double notice = kNotice * diagnosis.floor.colour;
+  // At one place a second effect may be no more than what the first one's form does not fit: it has to do better.
+  const bool one_place = pair.effects[0].location == pair.effects[1].location;
+  const auto needed = [&](const Hypothesis& alone) {
+    const double remains = alone.chi2 - c.floor_chi2();
+    return alone.chi2 - pair.chi2 > std::max((one_place ? kSecondThere : kSecond) * remains, notice);
+  };
+  if (!needed(answer)) return;
+  const auto first = std::find_if(singles.begin(), singles.end(), [&](const Hypothesis& single) {
+    return single.fit.jacobian.size() > 0 && name_of(single.effects.back()) == name_of(pair.effects[0]);
+  });
+  if (first != singles.end()) {
+    const Hypothesis alone = fit_at(c.study, *first, pair.fit.plant);
+    if (!alone.fit.error.empty() && !needed(alone)) {  // the pair had only found the first one's better fit
+      answer = alone;
+      diagnosis.named = {name_of(alone.effects.back())};
+      return;
+    }
+  }
+  diagnosis.named = {name_of(pair.effects[0]), name_of(pair.effects[1])};
+  diagnosis.outcome = GapOutcome::several;
+  const auto own = std::find_if(diagnosis.suspects.begin(), diagnosis.suspects.end(), [&](const Suspect& suspect) {
+    return suspect.effect + "@" + suspect.location == diagnosis.named.front();
+  });
+  if (own != diagnosis.suspects.end()) std::rotate(diagnosis.suspects.begin(), own, own + 1);
+  // Alone the first effect may have looked like another; beside the second it is as sure as the pair.
+  std::vector<Rival> others = rivals_of(seconds);
+  weigh(others, {diagnosis.floor.colour, answer.chi2 - c.floor_chi2(), c.floor_chi2()});
+  Suspect& leading = diagnosis.suspects.front();
+  leading.probability = std::max(leading.probability, others.front().probability);
+  diagnosis.suspects.insert(diagnosis.suspects.begin() + 1, suspect_of(c, others.front(), pair));
+  answer = pair;
+}
+
+}  // namespace wheelhop
