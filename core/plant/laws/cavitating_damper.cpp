@@ -48,7 +48,7 @@ LawKind cavitating_damper() {
                      {.name = "onset",
                       .unit = "-",
                       .meaning = "exponent n: 1 where the force comes back from the start, more where it waits first",
-                      .range = {.low = 1, .high = 20},
+                      .range = {.low = 1},
                       .required = false,
                       .fallback = 1,
                       .typical = 2}};
