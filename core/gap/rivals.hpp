@@ -42,8 +42,8 @@ struct Weighing {
 
 /// Keeps of each effect and place the most probable form, sets the probabilities, and sorts by them: log p = -(chi2 -
 /// best) / (2 T) + plausibility, T = colour + a gap + b (best - 1.05 floor). No form in a catalogue is that of the rig,
-/// so that every one leaves some share of the gap; T is how much of such a difference means nothing (a, b: fitted on
-/// generated cases). None is above 0.99.
+/// so that every one leaves some share of the gap; T is how much of such a difference means nothing (a, b: by
+/// judgement, looked at on generated cases, not fitted). None is above 0.99.
 void weigh(std::vector<Rival>& rivals, const Weighing& weighing);
 
 }  // namespace wheelhop
