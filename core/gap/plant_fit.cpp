@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "core/data/metrics.hpp"
@@ -22,6 +23,22 @@ constexpr Index kSubsteps = 4;  // at most: a candidate with a stiffer law than 
 constexpr double kStateSpread =
     3;                             // prior of an initial state around rest, in RMS values of the states under the drive
 constexpr double kForgotten = 14;  // e-folds after which an initial state counts as forgotten
+
+/// Adds theta * scale to parameters of a plant. One that its range ends on stays there: beyond, the cost is level, and
+/// the others of a fit move on. False where a sign would change that no range forbids, or a value is not finite.
+bool move_parameters(Plant& plant, const std::vector<FitParameter>& parameters, ConstVectorRef theta) {
+  const std::vector<PlantParameter> known = plant_parameters(plant);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const double start = get_parameter(plant, parameters[i].name);
+    double value = start + theta(static_cast<Index>(i)) * parameters[i].scale;
+    if (!std::isfinite(value) || value * start < 0) return false;
+    for (const PlantParameter& parameter : known)
+      if (parameter.name == parameters[i].name)
+        value = std::clamp(value, std::min(parameter.range.low, start), std::max(parameter.range.high, start));
+    set_parameter(plant, parameters[i].name, value);
+  }
+  return true;
+}
 
 /// @param r of the record's first samples only, if it is shorter than the record
 bool run_record(const Plant& plant, const FitRecord& record, const Vector& initial_state, VectorRef r) {
@@ -44,7 +61,6 @@ class PlantProblem final : public ResidualProblem {
     const LinearPlant linear = linearise(plant_);
     const double slowest = linear.A.size() > 0 ? -eigenvalues(linear.A).real().maxCoeff() : 0;
     memory_s_ = slowest > 0 ? kForgotten / slowest : std::numeric_limits<double>::infinity();
-    for (const FitParameter& parameter : parameters_) start_.push_back(get_parameter(plant_, parameter.name));
     for (const FitRecord& record : records_) {
       first_.push_back(residuals_);
       residuals_ += record.y.rows() * (record.y.cols() - record.skip);
@@ -84,11 +100,7 @@ class PlantProblem final : public ResidualProblem {
 
   bool place(ConstVectorRef theta, Plant& plant) const {
     plant = plant_;
-    for (std::size_t i = 0; i < parameters_.size(); ++i) {
-      const double value = start_[i] + theta(static_cast<Index>(i)) * parameters_[i].scale;
-      if (!std::isfinite(value) || value * start_[i] < 0) return false;
-      set_parameter(plant, parameters_[i].name, value);
-    }
+    if (!move_parameters(plant, parameters_, theta)) return false;
     for (const Mass& mass : plant.masses)
       if (!(mass.mass_kg > 0)) return false;
     return true;
@@ -148,7 +160,6 @@ class PlantProblem final : public ResidualProblem {
   std::vector<FitRecord> records_;
   Vector state_scale_;
   double memory_s_ = 0;
-  std::vector<double> start_;
   std::vector<Index> first_;
   Index residuals_ = 0;
   const PlantFit* other_ = nullptr;
@@ -291,10 +302,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
   if (fit.solution.status == Status::outside_domain) return fit;
   theta = fit.solution.theta;
   fit.theta = theta.head(moved);
-  for (Index i = 0; i < moved; ++i) {
-    const FitParameter& parameter = parameters[static_cast<std::size_t>(i)];
-    set_parameter(fit.plant, parameter.name, get_parameter(plant, parameter.name) + theta(i) * parameter.scale);
-  }
+  move_parameters(fit.plant, parameters, fit.theta);
   for (std::size_t i = 0; i < records.size(); ++i) {
     const FitRecord& record = records[i];
     fit.initial_states.push_back(problem.initial_state(theta, i));

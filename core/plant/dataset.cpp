@@ -44,7 +44,9 @@ Simulation simulate_measured(const Plant& plant, ConstMatrixRef drive, SimulateO
   const bool filtered = ratio > 1 && any_sensor_lags(plant);
   if (filtered) options.decimation = 1;
   const Index first = std::clamp<Index>(options.lead_samples, 0, drive.cols());
-  Simulation simulation = simulate(plant, apply_drive_paths(plant, drive, first), options);
+  const Matrix felt = apply_drive_paths(plant, drive, first);
+  options.sampled_drive = drive_at_samples(plant, felt);
+  Simulation simulation = simulate(plant, felt, options);
   const double rate_hz = plant.hold_hz() / static_cast<double>(options.decimation);
   simulation.outputs = apply_sensor_paths(plant, simulation.outputs, rate_hz);
   if (filtered) {

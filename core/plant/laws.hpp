@@ -23,7 +23,7 @@ struct LawParameter {
   std::string name;  ///< key in the plant file, unit included
   std::string unit;
   std::string meaning;
-  Range range = {};      ///< admissible in a file; a fit may move beyond
+  Range range = {};      ///< admissible in a file, and in a fit
   bool required = true;  ///< otherwise `fallback` where the key is absent
   double fallback = 0;   ///< infinity stands for "none" and is not written to files
   bool is_list = false;  ///< an array of numbers; only as the single parameter of a law

@@ -139,6 +139,17 @@ Matrix apply_drive_paths(const Plant& plant, ConstMatrixRef drive, Index first_s
   return felt;
 }
 
+Matrix drive_at_samples(const Plant& plant, ConstMatrixRef felt) {
+  const auto in_step = [](const PlantInput& input) { return input.path.sampling_phase == 0; };
+  if (std::all_of(plant.inputs.begin(), plant.inputs.end(), in_step)) return {};
+  Matrix sampled = felt;
+  for (Index i = 0; i < felt.rows(); ++i)
+    sampled.row(i) =
+        resample_on_grid(felt.row(i).transpose(), plant.inputs[static_cast<std::size_t>(i)].path.sampling_phase, 0, 0)
+            .transpose();
+  return sampled;
+}
+
 bool any_sensor_lags(const Plant& plant) {
   return std::any_of(plant.sensors.begin(), plant.sensors.end(), [](const Sensor& sensor) {
     return sensor.path.lag.time_constant_s > 0 || std::isfinite(sensor.path.lag.cutoff_hz);

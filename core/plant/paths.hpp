@@ -7,6 +7,9 @@
 ///   the plant feels saturate(limit(lag(gain u(t (1 + clock_skew) - delay_s) + offset))), offset, rate limit and
 ///   saturation in the input's unit (the limit per second). A saturation L of sharpness n is u / (1 + |u / L|^n)^(1/n):
 ///   soft near the end of stroke, and the hard limit for n without bound.
+///   `"sampling_phase": 0` in [0, 1]: at a sampling instant the plant still feels the drive this share of a hold
+///   interval earlier. A delay or lag behind the hold does that, since the step of the drive then falls between two
+///   samples, and so do converters that are not in step; accelerometers on what the drive moves see it at once.
 /// Sensor: `"gain": 1, "crosstalk": {CHANNEL: factor}, "lag": {...}, "bias": 0, "drift_per_s": 0, "quantum": 0`; the
 ///   record holds round(lag(gain y + sum factor y_CHANNEL) + bias + drift_per_s t), t from the record's first sample.
 /// `lag`: `{"time_constant_s": tau}` is 1 / (1 + tau s); `{"cutoff_hz": f, "damping_ratio": 0.7}` is
@@ -37,6 +40,7 @@ struct DrivePath {
   double rate_limit = std::numeric_limits<double>::infinity();
   double saturation = std::numeric_limits<double>::infinity();
   double saturation_sharpness = std::numeric_limits<double>::infinity();
+  double sampling_phase = 0;
 };
 
 struct SensorPath {
@@ -66,6 +70,7 @@ void visit_drive_path(AnyPath& path, const std::string& unit, Visit visit) {
   visit("rate_limit", unit + "/s", path.rate_limit, ideal.rate_limit, Range{.low = 1e-12});
   visit("saturation", unit, path.saturation, ideal.saturation, Range{.low = 1e-12});
   visit("saturation_sharpness", "-", path.saturation_sharpness, ideal.saturation_sharpness, Range{.low = 1});
+  visit("sampling_phase", "-", path.sampling_phase, ideal.sampling_phase, Range{.low = 0, .high = 1});
 }
 template <class AnyPath, class Visit>
 void visit_sensor_path(AnyPath& path, const std::string& unit, Visit visit) {
@@ -95,6 +100,9 @@ void write_path(Json& out, const SensorPath& path);
 /// 1e-4 of the amplitude below 0.37 of the hold rate. Lags start at rest at their first value and follow the command
 /// between its samples to fourth order in frequency over hold rate.
 Matrix apply_drive_paths(const Plant& plant, ConstMatrixRef drive, Index first_sample);
+/// What the plant feels at the sampling instants, where that differs from what it feels over the interval behind them:
+/// m x N, or empty. @param felt of apply_drive_paths
+Matrix drive_at_samples(const Plant& plant, ConstMatrixRef felt);
 
 /// Readings as a record holds them. @param ideal p x N at `rate_hz`, the first column at the record's first sample.
 Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_hz);

@@ -22,13 +22,14 @@ std::string joined(const std::vector<std::string>& names) {
                   (near.empty() ? "" : ", did you mean \"" + near + "\"?") + " Known: " + joined(known));
 }
 
-/// Calls visit(name, location, unit, value, tolerance) for every number of the paths; those that are ideal only if
-/// `all`.
+/// Calls visit(name, location, unit, value, tolerance, range) for every number of the paths; those that are ideal only
+/// if `all`.
 template <class AnyPlant, class Visit>
 void visit_paths(AnyPlant& plant, bool all, Visit visit) {
   const auto in = [&](const std::string& prefix, const std::string& location) {
-    return [&visit, all, prefix, location](const char* key, const std::string& unit, auto& value, double ideal, Range) {
-      if (all || value != ideal) visit(prefix + key, location, unit, value, default_tolerance);
+    return [&visit, all, prefix, location](const char* key, const std::string& unit, auto& value, double ideal,
+                                           Range range) {
+      if (all || value != ideal) visit(prefix + key, location, unit, value, default_tolerance, range);
     };
   };
   for (auto& input : plant.inputs) {
@@ -38,15 +39,16 @@ void visit_paths(AnyPlant& plant, bool all, Visit visit) {
     const std::string place = "sensor:" + sensor.name;
     visit_sensor_path(sensor.path, sensor.unit, in(place + ".", place));
     for (auto& [channel, factor] : sensor.path.crosstalk)
-      visit(place + ".crosstalk." + channel, place, "-", factor, default_tolerance);
+      visit(place + ".crosstalk." + channel, place, "-", factor, default_tolerance, Range{});
   }
   in("timebase.", "timebase")("clock_skew", "-", plant.clock_skew, 0, Range{});
 }
 
-/// Calls visit(name, location, unit, value, tolerance) for every scalar that a fit may move.
+/// Calls visit(name, location, unit, value, tolerance, range) for every scalar that a fit may move.
 template <class AnyPlant, class Visit>
 void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
-  for (auto& mass : plant.masses) visit(mass.name + ".mass_kg", mass.name, "kg", mass.mass_kg, mass.tolerance);
+  for (auto& mass : plant.masses)
+    visit(mass.name + ".mass_kg", mass.name, "kg", mass.mass_kg, mass.tolerance, Range{.low = 0});
   for (auto& element : plant.elements) {
     for (std::size_t i = 0; i < element.laws.size(); ++i) {
       auto& law = element.laws[i];
@@ -58,7 +60,7 @@ void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
       for (std::size_t k = 0; k < law.values.size(); ++k) {
         if (!std::isfinite(law.values[k])) continue;  // "none", e.g. no travel limit
         const LawParameter& parameter = law.kind->parameters[law.kind->parameters.front().is_list ? 0 : k];
-        visit(prefix + "." + names[k], element.name, parameter.unit, law.values[k], law.tolerance);
+        visit(prefix + "." + names[k], element.name, parameter.unit, law.values[k], law.tolerance, parameter.range);
       }
     }
   }
@@ -128,18 +130,19 @@ std::vector<PlantParameter> plant_parameters(const Plant& plant) {
   std::vector<PlantParameter> list;
   visit_parameters(plant, false,
                    [&](const std::string& name, const std::string& location, const std::string& unit, double value,
-                       double tolerance) {
-                     list.push_back({name, location, unit, value, tolerance});
+                       double tolerance, Range range) {
+                     list.push_back({name, location, unit, value, tolerance, range});
                    });
   return list;
 }
 
 double get_parameter(const Plant& plant, std::string_view name) {
   const double* found = nullptr;
-  visit_parameters(plant, true,
-                   [&](const std::string& own, const std::string&, const std::string&, const double& value, double) {
-                     if (own == name) found = &value;
-                   });
+  visit_parameters(
+      plant, true,
+      [&](const std::string& own, const std::string&, const std::string&, const double& value, double, Range) {
+        if (own == name) found = &value;
+      });
   if (!found) unknown(plant, "parameter", name, parameter_names(plant));
   return *found;
 }
@@ -147,7 +150,7 @@ double get_parameter(const Plant& plant, std::string_view name) {
 void set_parameter(Plant& plant, std::string_view name, double value) {
   double* found = nullptr;
   visit_parameters(plant, true,
-                   [&](const std::string& own, const std::string&, const std::string&, double& slot, double) {
+                   [&](const std::string& own, const std::string&, const std::string&, double& slot, double, Range) {
                      if (own == name) found = &slot;
                    });
   if (!found) unknown(plant, "parameter", name, parameter_names(plant));

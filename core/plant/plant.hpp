@@ -102,6 +102,7 @@ struct PlantParameter {
   std::string unit;
   double value = 0;
   double tolerance = default_tolerance;  ///< relative standard deviation of the value
+  Range range = {};                      ///< admissible in a file
 };
 
 /// All masses, then all finite law parameters in the order of the file, then what the paths hold beside the ideal.

@@ -67,6 +67,9 @@ void check_shapes(const Plant& plant, Index memories, ConstMatrixRef drive, cons
   if (options.lead_samples >= drive.cols())
     throw UserError(fmt::format("simulate: expected a drive longer than its {} lead samples, found {} samples",
                                 options.lead_samples, drive.cols()));
+  if (options.sampled_drive.size() != 0 &&
+      (options.sampled_drive.rows() != drive.rows() || options.sampled_drive.cols() != drive.cols()))
+    throw UserError("simulate: expected a sampled drive of the drive's shape");
   const Index size = options.initial_state.size();
   if (size != 0 && size != 2 * plant.mass_count() && size != 2 * plant.mass_count() + memories)
     throw UserError(
@@ -111,7 +114,7 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
     return result;
   };
   const double start_s = -static_cast<double>(options.lead_samples) * hold_s;
-  if (!all_finite(drive) || !all_finite(options.initial_state))
+  if (!all_finite(drive) || !all_finite(options.sampled_drive) || !all_finite(options.initial_state))
     return fail(Status::not_finite, "the drive or the initial state is not finite", 0, start_s);
 
   Vector state = Vector::Zero(size);
@@ -146,7 +149,8 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
         u_rate[i] = u_step[i] / hold_s;
       }
     motion.step_memories(u_step.data(), z);
-    motion.set_inputs(drive.col(k).data(), u_rate.data());
+    const bool apart = options.sampled_drive.size() != 0;
+    motion.set_inputs(apart ? options.sampled_drive.col(k).data() : drive.col(k).data(), u_rate.data());
     if (k >= options.lead_samples && (k - options.lead_samples) % options.decimation == 0) {
       if (int e = motion.accelerations(q, v, z, a.data(), z_rate.data()); e >= 0) return left_domain(e, column, k);
       motion.outputs(q, v, a.data(), result.outputs.col(column).data());
@@ -154,6 +158,7 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
       ++column;
     }
     if (k + 1 == N) break;  // nobody asks for the state after the last sample
+    if (apart) motion.set_inputs(drive.col(k).data(), u_rate.data());
     for (Index s = 0; s < options.substeps; ++s)
       if (int e = stepper.step(h, q, v, z); e >= 0) return left_domain(e, column, k);
   }

@@ -27,6 +27,7 @@ struct SimulateOptions {
   Index decimation = 1;           ///< every how many hold samples one is kept, >= 1
   Index lead_samples = 0;         ///< hold samples at the start that are simulated but not kept
   bool from_equilibrium = false;  ///< start at rest in the equilibrium of the first drive sample
+  Matrix sampled_drive = {};      ///< m x N, what accelerations at the samples read; empty: the drive
   Vector initial_state = {};      ///< 2n [q; v] with memories at rest, or 2n + s; empty: zero, or the equilibrium
 };
 

@@ -151,3 +151,18 @@ TEST_CASE("a law with memory and the delay of the drive are fitted like any othe
   CHECK(get_parameter(fit.plant, "suspension.bouc_wen.force_n") == Approx(90).epsilon(0.03));
   CHECK(get_parameter(fit.plant, "actuator:road.delay_s") == Approx(0.0023).epsilon(0.03));
 }
+
+TEST_CASE("a parameter that would leave its range stays at its end, and the others of the fit go on") {
+  Plant truth = plant_from(quarter_car_text), start = truth;
+  truth.inputs[0].path.delay_s = 0.0031;  // its sampling phase is 0, the least there is
+  start.inputs[0].path.delay_s = 0.002;
+  start.inputs[0].path.sampling_phase = 0.5;
+  const Measurement m = measure(truth, 5, 0.004, 0.002, 516);
+  const PlantFit fit = fit_plant(start, {{"actuator:road.delay_s", 1e-3, 0}, {"actuator:road.sampling_phase", 0.2, 0}},
+                                 {m.record}, *make_levenberg_marquardt({}), {20});
+  const DrivePath& path = fit.plant.inputs[0].path;
+  CHECK(path.sampling_phase >= 0);
+  CHECK(path.sampling_phase < 0.02);
+  CHECK(path.delay_s == Approx(0.0031).epsilon(1e-3));
+  CHECK(fit.misfit == Approx(1).epsilon(0.05));
+}
