@@ -1,23 +1,8 @@
 #include "core/gap/diagnose.hpp"
 
-#include <algorithm>
-
 #include "core/gap/judge.hpp"
 
 namespace wheelhop {
-namespace {
-
-/// For each place the smaller leftover of two fits, in ascending order.
-std::vector<Place> better_places(std::vector<Place> places, const std::vector<Place>& others) {
-  for (Place& place : places)
-    for (const Place& other : others)
-      if (other.location == place.location) place.leftover = std::min(place.leftover, other.leftover);
-  std::stable_sort(places.begin(), places.end(),
-                   [](const Place& a, const Place& b) { return a.leftover < b.leftover; });
-  return places;
-}
-
-}  // namespace
 
 std::string to_string(GapOutcome outcome) {
   switch (outcome) {
@@ -62,7 +47,7 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   }
   diagnosis.closure_of_retuning = 1 - (diagnosis.retuned.misfit - 1) / (diagnosis.delivered.misfit - 1);
   if (step) step("where it enters");
-  diagnosis.places = better_places(locate(delivered.fit, data.fitted), locate(retuned.fit, data.fitted));
+  diagnosis.places = locate(retuned.fit, data.fitted);
   judge({study, options, delivered, retuned, random, step}, diagnosis);
   return diagnosis;
 }

@@ -70,8 +70,7 @@ struct Diagnosis {
   std::vector<FittedParameter> tolerances;     ///< every parameter re-tuned, in tolerances off
   std::vector<Suspect> suspects;               ///< the named ones first, then by probability
   std::vector<LocationProbability> locations;  ///< most probable first
-  /// Where an unknown signal would enter, without the catalogue; of the plant as delivered and the re-tuned one, for
-  /// each place the better: re-tuning may have bent the plant around what is missing.
+  /// Where an unknown signal would enter the re-tuned plant, without the catalogue.
   std::vector<Place> places;
   std::vector<std::string> named;  ///< "effect@location", most sure first
   std::vector<std::string> ambiguous_with;

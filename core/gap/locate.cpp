@@ -1,17 +1,19 @@
 #include "core/gap/locate.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "core/data/spectra.hpp"
-#include "core/identify/direction.hpp"
 #include "core/plant/linearise.hpp"
 
 namespace wheelhop {
 namespace {
 
 constexpr double kSameDirection = 0.9999;
+constexpr Index kCompared = 12;          // frequencies at which two places are compared
+constexpr double kHannLinesApart = 1.5;  // independent values of a Hann spectrum lie so many lines apart
 // What a nonlinear effect makes of a drive reaches beyond it, to its second harmonic and a little more.
 constexpr double kBandOverDrive = 2.2;
 constexpr double kDrivePower = 0.999;
@@ -20,10 +22,10 @@ constexpr Index kFadePart = 20;
 constexpr double kOverChance = 2;     // its power has to be so many times the noise's there, more than chance makes
 constexpr double kAboveTypical = 10;  // and may be so many times that of the lines where it is seen best
 
-/// A force of one Newton at a place, through the plant linearised at rest and held over a sample of the record.
+/// A force of one Newton at a place, through the plant linearised at rest.
 struct Probe {
   Place place;
-  Matrix A, C, Bt, Dt;
+  LinearPlant linear;
 };
 
 bool is_displacement_input(const Plant& plant, const std::string& node) {
@@ -57,36 +59,31 @@ bool probed_plant(const Plant& plant, std::string from, std::string to, const st
   return linear.A.size() > 0;
 }
 
-bool make_probe(const Plant& plant, const std::string& from, const std::string& to, double sample_time_s,
-                const std::string& location, Probe& probe) {
-  LinearPlant linear;
-  if (!probed_plant(plant, from, to, location, linear)) return false;
+/// p channels' answer to a force at a frequency.
+ComplexVector response(const LinearPlant& linear, double frequency_hz) {
   const Index last = linear.B.cols() - 1;
-  const DiscreteInput discrete = discretise_zoh(linear.A, linear.B.col(last), sample_time_s);
-  probe = {{location, {}, 0}, discrete.A, linear.C, discrete.B, linear.D.col(last)};
+  ComplexMatrix pencil = -linear.A.cast<std::complex<double>>();
+  pencil.diagonal().array() += std::complex<double>(0, 2 * std::numbers::pi * frequency_hz);
+  return linear.C * solve_complex(pencil, linear.B.col(last).cast<std::complex<double>>()) + linear.D.col(last);
+}
+
+/// True if at every frequency an unknown signal at either place does what one at the other would.
+bool enter_alike(const LinearPlant& a, const LinearPlant& b, double highest_hz) {
+  for (Index k = 1; k <= kCompared; ++k) {
+    const double f = highest_hz * static_cast<double>(k) / static_cast<double>(kCompared);
+    const ComplexVector one = response(a, f), other = response(b, f);
+    if (!(std::abs(one.dot(other)) > kSameDirection * one.norm() * other.norm())) return false;
+  }
   return true;
 }
 
-/// [C A^k Bt; Dt] tells a direction in the outputs without depending on the coordinates of the state.
-Vector response_of(const Probe& probe) {
-  Vector response(probe.C.rows() * 12);
-  response.head(probe.C.rows()) = probe.Dt;
-  Vector x = probe.Bt;
-  for (Index k = 1; k < 12; ++k) {
-    response.segment(k * probe.C.rows(), probe.C.rows()) = probe.C * x;
-    x = probe.A * x;
-  }
-  return response.normalized();
-}
-
-std::vector<Probe> probes_of(const Plant& plant, double sample_time_s) {
+std::vector<Probe> probes_of(const Plant& plant, double highest_hz) {
   std::vector<Probe> probes;
   const auto add = [&](const std::string& from, const std::string& to, const std::string& location) {
-    Probe probe;
-    if (!make_probe(plant, from, to, sample_time_s, location, probe)) return;
-    const Vector own = response_of(probe);
+    Probe probe{{location, {}, 0}, {}};
+    if (!probed_plant(plant, from, to, location, probe.linear)) return;
     for (Probe& other : probes)
-      if (std::abs(own.dot(response_of(other))) > kSameDirection) {
+      if (enter_alike(probe.linear, other.linear, highest_hz)) {
         other.place.same.push_back(location);
         return;
       }
@@ -146,14 +143,10 @@ bool ends_of(const Plant& plant, const std::string& location, std::string& from,
 /// @param noise_power what noise makes of the result, sum of squares as fft counts them   @return 1 x lines
 ComplexMatrix divide_out(const LinearPlant& linear, const Vector& weight, const ComplexMatrix& z, Index used,
                          double line_hz, double noise, double& noise_power) {
-  const Index last = linear.B.cols() - 1;
-  const ComplexMatrix A = linear.A.cast<std::complex<double>>(), B = linear.B.col(last).cast<std::complex<double>>();
   ComplexMatrix f = ComplexMatrix::Zero(1, z.cols());
   Vector visible(used), power(used);
   for (Index k = 0; k < used; ++k) {
-    ComplexMatrix pencil = -A;
-    pencil.diagonal().array() += std::complex<double>(0, 2 * std::numbers::pi * line_hz * static_cast<double>(k));
-    const ComplexVector g = weight.asDiagonal() * (linear.C * solve_complex(pencil, B) + linear.D.col(last));
+    const ComplexVector g = weight.asDiagonal() * response(linear, line_hz * static_cast<double>(k));
     visible(k) = std::isfinite(g.squaredNorm()) ? g.squaredNorm() / noise : 0;
     if (visible(k) > 0) f(0, k) = g.dot(z.col(k)) / g.squaredNorm();
     power(k) = std::norm(f(0, k));
@@ -174,41 +167,100 @@ ComplexMatrix divide_out(const LinearPlant& linear, const Vector& weight, const 
   return out;
 }
 
+/// What the places are asked about, a record's lines in the band that the drive excites.
+struct Spectra {
+  /// A channel each, lines x (1 + columns of the Jacobian): first what is measured beyond the fit, then what a unit of
+  /// each parameter and initial state adds to it. Scaled so that sums of |.|^2 over lines are chi2 for white noise.
+  std::vector<ComplexMatrix> channels;
+  double line_hz = 0;
+  Index lines() const { return channels.front().rows(); }
+};
+
+/// @param first row of the Jacobian at which the record begins
+Spectra spectra_of(const PlantFit& fit, const std::vector<FitRecord>& records, std::size_t i, Index first) {
+  const Index p = fit.plant.sensor_count(), kept = fit.error[i].cols() - records[i].skip;
+  const double sampling_hz = fit.plant.hold_hz() / static_cast<double>(records[i].ratio);
+  Spectra spectra;
+  spectra.line_hz = sampling_hz / static_cast<double>(kept);
+  const double band_hz = std::min(excited_band_hz(fit.plant, records[i]), 0.4 * sampling_hz);
+  const auto lines = std::min<Index>(kept / 2 + 1, static_cast<Index>(band_hz / spectra.line_hz) + 1);
+  // White noise of variance 1 has a power of 6 / N a line, of which 4/3 values are independent.
+  const double scale = std::sqrt(2 / kHannLinesApart * static_cast<double>(kept) / 6);
+  spectra.channels.assign(static_cast<std::size_t>(p), ComplexMatrix(lines, 1 + fit.jacobian.cols()));
+  const auto fill = [&](const Matrix& values, Index column) {
+    const ComplexMatrix spectrum = scale * hann_spectrum(values).leftCols(lines);
+    for (Index j = 0; j < p; ++j)
+      spectra.channels[static_cast<std::size_t>(j)].col(column) = spectrum.row(j).transpose();
+  };
+  fill(residual_of(fit, records, i).rightCols(kept), 0);
+  for (Index c = 0; c < fit.jacobian.cols(); ++c)
+    fill(fit.jacobian.col(c).segment(first, p * kept).reshaped(p, kept), 1 + c);
+  return spectra;
+}
+
+Matrix gram(const ComplexMatrix& X) { return (X.adjoint() * X).real(); }
+
+/// min over d of |z - J d|^2 and the priors of the parameters, which the fit has moved by `moved` from their means.
+/// @param H Gram matrix of [z, J]
+double left_at_best(const Matrix& H, const PlantFit& fit) {
+  const Index M = H.rows() - 1, states = fit.state_scale.size();
+  if (M == 0) return H(0, 0);
+  Vector moved(M);
+  moved.head(fit.theta.size()) = fit.theta;
+  for (std::size_t i = 0; i < fit.initial_states.size(); ++i) {
+    const Index from = states * static_cast<Index>(i);
+    moved.segment(fit.theta.size() + from, states) =
+        fit.initial_states[i].cwiseQuotient(fit.state_scale) - fit.states_at_rest.segment(from, states);
+  }
+  Matrix A = H.bottomRightCorner(M, M);
+  A.diagonal() += fit.precision;
+  const Vector pull = fit.precision.cwiseProduct(moved), b = H.col(0).tail(M) - pull;
+  return H(0, 0) + moved.dot(pull) - b.dot(Eigen::LDLT<Matrix>(A).solve(b));
+}
+
 }  // namespace
 
 std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& records) {
   std::vector<Place> places;
   const Index p = fit.plant.sensor_count();
   if (p < 2 || fit.error.size() != records.size()) return places;
-  const double sample_time_s = static_cast<double>(records.front().ratio) / fit.plant.hold_hz();
-  std::vector<Probe> probes = probes_of(fit.plant, sample_time_s);
-  Vector left = Vector::Zero(static_cast<Index>(probes.size())), power = Vector::Zero(p);
-  double noise = 0;  // what white noise of the floor's size leaves of one channel's freedom
+  const double highest_hz = 0.4 * fit.plant.hold_hz() / static_cast<double>(records.front().ratio);
+  std::vector<Probe> probes = probes_of(fit.plant, highest_hz);
+  const Index columns = 1 + fit.jacobian.cols();
+  Matrix all = Matrix::Zero(columns, columns);
+  std::vector<Matrix> of_sensor(static_cast<std::size_t>(p), all), of_probe(probes.size(), all);
+  double independent = 0;
+  Index first = 0;
   for (std::size_t i = 0; i < records.size(); ++i) {
-    const Matrix z = residual_of(fit, records, i).rightCols(fit.error[i].cols() - records[i].skip);
-    DirectionOptions options;
-    options.cutoff_hz = std::min(excited_band_hz(fit.plant, records[i]), 0.4 / sample_time_s);
-    const ComplexMatrix spectrum = hann_spectrum(z);
-    const double bin_hz = 1 / (sample_time_s * static_cast<double>(z.cols()));
-    const Index bins = std::min<Index>(spectrum.cols(), static_cast<Index>(options.cutoff_hz / bin_hz) + 1);
-    const Vector own = spectrum.leftCols(bins).rowwise().squaredNorm();
-    power += own;
-    noise += 6.0 * static_cast<double>(bins) / static_cast<double>(z.cols());
-    const Matrix weight = records[i].weight_std.cwiseInverse().asDiagonal();
+    const Spectra spectra = spectra_of(fit, records, i, first);
+    first += p * (fit.error[i].cols() - records[i].skip);
+    independent += 2 * static_cast<double>(spectra.lines()) / kHannLinesApart;
+    for (Index j = 0; j < p; ++j) {
+      const Matrix own = gram(spectra.channels[static_cast<std::size_t>(j)]);
+      of_sensor[static_cast<std::size_t>(j)] += own;
+      all += own;
+    }
+    const Vector weight = records[i].weight_std.cwiseInverse();
     for (std::size_t k = 0; k < probes.size(); ++k) {
-      const auto problem = direction_problem(probes[k].A, weight * probes[k].C, z, sample_time_s, options);
-      Vector direction(probes[k].Bt.size() + p), r(problem->residuals());
-      direction << probes[k].Bt, weight * probes[k].Dt;
-      double& sum = left(static_cast<Index>(k));
-      sum += problem->residual(direction.normalized(), r) ? r.squaredNorm() * own.sum() : own.sum();
+      ComplexMatrix explained = ComplexMatrix::Zero(spectra.lines(), columns);
+      for (Index line = 0; line < spectra.lines(); ++line) {
+        const ComplexVector g =
+            (weight.asDiagonal() * response(probes[k].linear, spectra.line_hz * static_cast<double>(line)))
+                .normalized();
+        if (!g.allFinite()) continue;
+        for (Index j = 0; j < p; ++j)
+          explained.row(line) += std::conj(g(j)) * spectra.channels[static_cast<std::size_t>(j)].row(line);
+      }
+      of_probe[k] += gram(explained);
     }
   }
-  const double freedom = static_cast<double>(p - 1) * noise;
+  const double freedom = static_cast<double>(p - 1) * independent;
   for (Index j = 0; j < p; ++j)
-    places.push_back(
-        {"sensor:" + fit.plant.sensors[static_cast<std::size_t>(j)].name, {}, (power.sum() - power(j)) / freedom});
+    places.push_back({"sensor:" + fit.plant.sensors[static_cast<std::size_t>(j)].name,
+                      {},
+                      left_at_best(all - of_sensor[static_cast<std::size_t>(j)], fit) / freedom});
   for (std::size_t k = 0; k < probes.size(); ++k) {
-    probes[k].place.leftover = left(static_cast<Index>(k)) / freedom;
+    probes[k].place.leftover = left_at_best(all - of_probe[k], fit) / freedom;
     places.push_back(std::move(probes[k].place));
   }
   std::stable_sort(places.begin(), places.end(),

@@ -19,14 +19,16 @@ struct Place {
 
 /// For each place, eq. (17) with a known direction: per frequency the residual z of a fit is projected on the response
 /// g of the linearised plant to a unit force there (the paper's trackability, Lemma 3), and what is left is compared
-/// with the noise: leftover = sum |(I - g g^+) z|^2 over (p - 1) times the noise's, in the band that the drive excites;
-/// one of p channels' freedom went into the force. A sensor's unknown explains its own channel whole and no other.
-/// Places that the linearised plant gives one direction are merged.
+/// with the noise: leftover = min over d of sum |(I - g g^+) (z - J d)|^2 and the priors of the parameters, over (p -
+/// 1) times the noise's, in the band that the drive excites; one of p channels' freedom went into the force. J d lets
+/// the parameters and initial states of a linearised fit move anew at every place: they were fitted without an unknown
+/// force, and bent to take its part. A sensor's unknown explains its own channel whole and no other. Places that the
+/// linearised plant gives one direction at every frequency are merged.
 ///
 /// The plant is linearised at rest, so a gap many times the noise in a strongly nonlinear plant leaves more than 1 even
 /// at the right place; the order of the places is what counts then.
 /// @param fit of fit_plant over `records`   @return ascending by leftover; empty for p = 1, where any place explains
-/// all Cost: one small projection a place, frequency and record.
+/// all. Cost: a transform a column of J and record, a solution of the linear plant a place and line.
 std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& records);
 
 /// The unknown signal at a place, over a record.
