@@ -39,17 +39,21 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
     return;
   }
   std::string& location = diagnosis.locations.front().location;
-  const double own = explained_by_states(c.retuned.fit, c.study.data.fitted, location);
-  if (own < kOwnDoing && !diagnosis.places.empty()) {  // a force from outside acts on a mass, if the place can be one
-    const Place& place = diagnosis.places.front();
-    std::vector<std::string> entries = place.same;
-    entries.insert(entries.begin(), place.location);
-    const auto guide = std::find_if(entries.begin(), entries.end(),
-                                    [](const std::string& entry) { return entry.starts_with(kGuide); });
-    if (guide != entries.end()) {
-      location = *guide;
-      diagnosis.outcome = GapOutcome::exogenous;
-    }
+  std::vector<std::string> entries;
+  if (!diagnosis.places.empty()) entries = diagnosis.places.front().same;
+  entries.insert(entries.begin(), location);
+  const auto explained = [&](const std::string& entry) {
+    return explained_by_states(c.retuned.fit, c.study.data.fitted, location, entry);
+  };
+  const auto guide =
+      std::find_if(entries.begin(), entries.end(), [](const std::string& entry) { return entry.starts_with(kGuide); });
+  if (guide != entries.end() && explained("") < kOwnDoing) {  // a force from outside acts on a mass
+    location = *guide;
+    diagnosis.outcome = GapOutcome::exogenous;
+  } else if (entries.size() > 1) {  // no record tells them apart, but a law at one of them reads what moves there
+    std::vector<double> shares;
+    for (const std::string& entry : entries) shares.push_back(explained(entry));
+    location = entries[static_cast<std::size_t>(std::max_element(shares.begin(), shares.end()) - shares.begin())];
   }
   // A force between the ground and a mass is one on the mass.
   if (location.starts_with(kGuide)) location.erase(0, std::strlen(kGuide));

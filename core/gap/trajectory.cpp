@@ -62,10 +62,13 @@ std::vector<Trajectory> trajectories(const PlantFit& fit, const std::vector<FitR
     felt_rate.rightCols(felt.cols() - 1) =
         (felt.rightCols(felt.cols() - 1) - felt.leftCols(felt.cols() - 1)) * fit.plant.hold_hz();
     const Index kept = std::min(run.states.cols(), record.y.cols());
-    list.push_back({map.from_masses * run.states.topRows(n).leftCols(kept) +
-                        map.from_drives * decimate(felt, record.ratio).leftCols(kept),
-                    map.from_masses * run.states.middleRows(n, n).leftCols(kept) +
-                        map.from_drives * decimate(felt_rate, record.ratio).leftCols(kept)});
+    Trajectory motion;
+    motion.position = run.states.topRows(n).leftCols(kept);
+    motion.velocity = run.states.middleRows(n, n).leftCols(kept);
+    motion.travel = map.from_masses * motion.position + map.from_drives * decimate(felt, record.ratio).leftCols(kept);
+    motion.rate =
+        map.from_masses * motion.velocity + map.from_drives * decimate(felt_rate, record.ratio).leftCols(kept);
+    list.push_back(std::move(motion));
   }
   return list;
 }

@@ -1,6 +1,6 @@
 /// \file
-/// The motion of a plant's elements under its records: travel and rate, which say where in its working range a plant
-/// is.
+/// The motion of a plant's elements and masses under its records: travel and rate, which say where in its working range
+/// a plant is.
 #pragma once
 
 #include <string>
@@ -12,8 +12,9 @@ namespace wheelhop {
 
 /// One row an element of the plant, one column a sample of the record.
 struct Trajectory {
-  Matrix travel;  ///< E x N, x_to - x_from [m]
-  Matrix rate;    ///< E x N, its derivative [m/s]; a held drive moves as `simulate` says
+  Matrix travel;              ///< E x N, x_to - x_from [m]
+  Matrix rate;                ///< E x N, its derivative [m/s]; a held drive moves as `simulate` says
+  Matrix position, velocity;  ///< n x N of the masses [m], [m/s], against the ground
   /// Travels over rates, 2E x N, in the order of `trajectory_variables`.
   Matrix stacked() const;
 };

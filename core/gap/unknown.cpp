@@ -18,17 +18,44 @@ constexpr Index kMemory = 3;     // samples back, every second
 constexpr double kRidge = 1e-6;  // of the largest feature's power
 constexpr Index kFade = 20;      // the twentieth at either end in which an unknown signal fades
 
-/// Rows: every feature of the motion and the drive, each scaled to an RMS of one.
-Matrix features_of(const Plant& plant, const FitRecord& record, const Trajectory& motion) {
+/// A travel or position [m], and its rate.
+struct Moved {
+  Eigen::RowVectorXd x, v;
+};
+
+/// What a law at a place reads: its element's travel, the position of a guided mass, the drive of an actuator; of the
+/// empty name all of these.
+std::vector<Moved> moved_at(const Plant& plant, const FitRecord& record, const Trajectory& motion,
+                            const std::string& entry) {
+  std::vector<Moved> list;
+  const auto wanted = [&](const std::string& name) { return entry.empty() || entry == name; };
+  for (std::size_t e = 0; e < plant.elements.size(); ++e)
+    if (const auto row = static_cast<Index>(e); wanted(plant.elements[e].name))
+      list.push_back({motion.travel.row(row), motion.rate.row(row)});
+  for (std::size_t i = 0; i < plant.masses.size(); ++i)
+    if (const auto row = static_cast<Index>(i); wanted("guide:" + plant.masses[i].name))
+      list.push_back({motion.position.row(row), motion.velocity.row(row)});
   const Matrix drive = decimate(apply_drive_paths(plant, record.drive, 0), record.ratio);
-  const Index N = record.y.cols(), E = motion.travel.rows();
+  for (std::size_t i = 0; i < plant.inputs.size(); ++i)
+    if (wanted(actuator_of(plant, plant.inputs[i]))) {
+      const Eigen::RowVectorXd u = drive.row(static_cast<Index>(i));
+      Eigen::RowVectorXd rate = Eigen::RowVectorXd::Zero(u.size());
+      rate.tail(u.size() - 1) =
+          (u.tail(u.size() - 1) - u.head(u.size() - 1)) * plant.hold_hz() / static_cast<double>(record.ratio);
+      list.push_back({u, rate});
+    }
+  return list;
+}
+
+/// Rows: every feature of the motion, each scaled to an RMS of one.
+Matrix features_of(const std::vector<Moved>& moved, Index N) {
   std::vector<Eigen::RowVectorXd> rows;
   const auto add = [&](Eigen::RowVectorXd row) {
     const double size = row.norm() / std::sqrt(static_cast<double>(row.size()));
     if (size > 0 && std::isfinite(size)) rows.push_back(row / size);
   };
-  for (Index e = 0; e < E; ++e) {
-    const Eigen::RowVectorXd x = motion.travel.row(e).array() - motion.travel.row(e).mean(), v = motion.rate.row(e);
+  for (const Moved& own : moved) {
+    const Eigen::RowVectorXd x = own.x.array() - own.x.mean(), &v = own.v;
     const double speed = 0.1 * v.norm() / std::sqrt(static_cast<double>(N)) + 1e-300;
     for (const Eigen::RowVectorXd& basic : {x, v})
       for (Index back = 0; back <= kMemory; ++back) {
@@ -42,27 +69,26 @@ Matrix features_of(const Plant& plant, const FitRecord& record, const Trajectory
     add(x.array() * v.array());
     add(x.array().square() * v.array());
     add(v.array().square());
+    add(v.array() * v.array().abs());
     add(v.array().cube());
     add(v.array().abs());
     add((v.array() / speed).tanh());
   }
-  for (Index i = 0; i < drive.rows(); ++i) add(drive.row(i).array() - drive.row(i).mean());
   Matrix all(static_cast<Index>(rows.size()) + 1, N);
   for (std::size_t i = 0; i < rows.size(); ++i) all.row(static_cast<Index>(i)) = rows[i];
   all.bottomRows(1).setOnes();
   return all;
 }
 
-/// Share of a signal that two regressors of one element explain window by window, the best element's.
+/// Share of a signal that one place's travel and rate explain window by window, the best place's.
 /// @param window_freedom independent values of the signal a window
-double explained_locally(const Vector& value, const Trajectory& motion, Index window, double window_freedom) {
+double explained_locally(const Vector& value, const std::vector<Moved>& moved, Index window, double window_freedom) {
   double best = 0;
-  for (Index e = 0; e < motion.travel.rows(); ++e) {
+  for (const Moved& own : moved) {
     double power = 0, left = 0;
     for (Index first = 0; first + window <= value.size(); first += window) {
       Matrix A(window, 3);
-      A << motion.travel.row(e).segment(first, window).transpose(),
-          motion.rate.row(e).segment(first, window).transpose(), Vector::Ones(window);
+      A << own.x.segment(first, window).transpose(), own.v.segment(first, window).transpose(), Vector::Ones(window);
       A.leftCols(2).rowwise() -= A.leftCols(2).colwise().mean();
       for (Index j = 0; j < 2; ++j) A.col(j) /= std::max(A.col(j).norm(), 1e-300);
       const Vector b = value.segment(first, window);
@@ -77,20 +103,22 @@ double explained_locally(const Vector& value, const Trajectory& motion, Index wi
 
 }  // namespace
 
-double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& records, const std::string& location) {
+double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& records, const std::string& location,
+                           const std::string& entry) {
   const std::vector<Trajectory> motion = trajectories(fit, records);
   const double sampling_hz = fit.plant.hold_hz() / static_cast<double>(records.front().ratio);
   double power = 0, left = 0, locally = 0;
   for (std::size_t i = 0; i < records.size(); ++i) {
     const UnknownSignal signal = unknown_signal(fit, records, i, location);
     if (signal.status != Status::ok) return std::numeric_limits<double>::quiet_NaN();
-    const Matrix features = features_of(fit.plant, records[i], motion[i]);
+    const std::vector<Moved> moved = moved_at(fit.plant, records[i], motion[i], entry);
+    const Matrix features = features_of(moved, records[i].y.cols());
     const Index first = records[i].skip + (features.cols() - records[i].skip) / kFade;
     const Index half = (features.cols() - features.cols() / kFade - first) / 2;
     const Matrix A = features.middleCols(first, half), B = features.middleCols(first + half, half);
     const Vector a = signal.value.segment(first, half), b = signal.value.segment(first + half, half);
     const auto window = static_cast<Index>(std::llround(kWindow_s * sampling_hz));
-    locally = std::max(locally, explained_locally(signal.value, motion[i], window, 2 * signal.band_hz * kWindow_s));
+    locally = std::max(locally, explained_locally(signal.value, moved, window, 2 * signal.band_hz * kWindow_s));
     Matrix H = A * A.transpose();
     H.diagonal().array() += kRidge * H.diagonal().maxCoeff();
     const Vector weights = H.ldlt().solve(A * a);

@@ -118,6 +118,18 @@ TEST_CASE("the plant's own states explain a law that is missing, whatever its fo
   const Run own(nominal, missing, drive, 0.01);
   CHECK(explained_by_states(own.fit, own.records, "suspension") > 0.7);
 
+  // Of places that enter alike, the one whose own motion a law reads explains it best.
+  Plant dragged = nominal, tyre = nominal;
+  dragged.elements.push_back({"drag", "ground", "wheel", {{find_law("coulomb_friction"), {40, 40, 0.1, 0.01}}}});
+  tyre.elements[1].laws.push_back({find_law("polynomial_spring"), {0, 0, 4e9}});
+  const Run held(nominal, dragged, drive, 0.002), hard(nominal, tyre, drive, 0.002);
+  const auto share = [](const Run& run, const std::string& entry) {
+    return explained_by_states(run.fit, run.records, "tyre", entry);
+  };
+  CHECK(share(held, "guide:wheel") > share(held, "tyre") + 0.1);
+  CHECK(share(hard, "tyre") > share(hard, "guide:wheel") + 0.1);
+  CHECK(share(hard, "tyre") > share(hard, "actuator") + 0.1);
+
   Plant pushed = nominal;
   pushed.inputs.push_back(
       {.name = "hidden", .kind = InputKind::force, .unit = "N", .hold_hz = 1000, .from = "ground", .to = "body"});
