@@ -50,8 +50,9 @@ bool complete(const Study& study, const Solver& solver, const FitOptions& fitted
     return false;
   }
   hypothesis.stage = stage_of(study, hypothesis.held_out);
-  hypothesis.chi2 = hypothesis.fit.residual.squaredNorm() +
-                    hypothesis.fit.theta.cwiseAbs2().dot(hypothesis.fit.precision.head(hypothesis.fit.theta.size()));
+  hypothesis.prior_chi2 =
+      hypothesis.fit.theta.cwiseAbs2().dot(hypothesis.fit.precision.head(hypothesis.fit.theta.size()));
+  hypothesis.chi2 = hypothesis.fit.residual.squaredNorm() + hypothesis.prior_chi2;
   if (study.data.apart) hypothesis.chi2 += hypothesis.held_out.residual.squaredNorm();
   return true;
 }

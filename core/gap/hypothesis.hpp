@@ -39,6 +39,7 @@ struct Hypothesis {
   PlantFit held_out;                     ///< initial states alone, of the held-out records
   GapStage stage;
   double chi2 = 0;          ///< sum of r^2 over all records and of the squared priors
+  double prior_chi2 = 0;    ///< of that, the squared priors: how far the parameters left their tolerances
   double plausibility = 0;  ///< sum of log_plausibility
 };
 

@@ -8,9 +8,13 @@ namespace wheelhop {
 namespace {
 
 constexpr double kWorthFitting = 0.25;  // of that, expected by the screen
-constexpr double kExplains = 0.7;       // closure below which no family of the catalogue fits
-constexpr double kExplainsWell = 0.9;   // closure from which the place need not be asked
+constexpr double kExplains = 0.75;      // closure below which no family of the catalogue fits
+constexpr double kExplainsWell = 0.9;   // closure from which only a far better place speaks against it
 constexpr double kElsewhere = 1.5;      // leftover over that of the best place, from which the gap enters elsewhere
+constexpr double kFarElsewhere = 4;     // likewise, where the effect explains the gap well
+constexpr double kOfPlace = 4;          // what the log of that ratio counts in a rival's log p
+constexpr double kHeld = 0.97;          // probability that the catalogue holds what explains a gap whole ...
+constexpr double kHeldSlope = 1.2;      // ... and what a share that stays unexplained takes from it
 constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for
 constexpr double kConsidered = 0.05;    // probability from which a rival is named
 
@@ -54,15 +58,16 @@ void name_nothing(const GapCase& c, Diagnosis& diagnosis) {
   diagnosis.closure = closure(c.delivered.stage.blocks, c.retuned.stage.blocks, c.options.draws, c.random);
 }
 
-/// What an unknown signal at the place of "effect@location" leaves; that of the best place where it is not known.
-double leftover_of(const Diagnosis& diagnosis, const std::string& name) {
-  const std::string location = name.substr(name.find('@') + 1), guide = kGuide + location;
+/// What an unknown signal at a location leaves, over what it leaves at the best place; 1 where it is not known.
+double leftover_ratio(const Diagnosis& diagnosis, const std::string& location) {
+  const auto matches = [&](const std::string& entry) {
+    return entry == location || entry == kGuide + location ||
+           (location == "timebase" && entry.starts_with("actuator"));  // the drive's clock enters with the drive
+  };
   for (const Place& place : diagnosis.places)
-    if (place.location == location || place.location == guide ||
-        std::find(place.same.begin(), place.same.end(), location) != place.same.end() ||
-        std::find(place.same.begin(), place.same.end(), guide) != place.same.end())
-      return place.leftover;
-  return diagnosis.places.empty() ? 0 : diagnosis.places.front().leftover;
+    if (matches(place.location) || std::any_of(place.same.begin(), place.same.end(), matches))
+      return place.leftover / std::max(diagnosis.places.front().leftover, 1e-3);
+  return 1;
 }
 
 }  // namespace
@@ -94,6 +99,8 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
   std::vector<Hypothesis> singles =
       extend(c.study, c.retuned, {.least = kWorthFitting * kNotice * diagnosis.floor.colour}, changes);
   std::vector<Rival> rivals = rivals_of(singles);
+  for (Rival& rival : rivals)
+    rival.plausibility -= kOfPlace * std::log(std::max(leftover_ratio(diagnosis, rival.location), 1.0));
   const Vector t = surprises(c.retuned.fit, static_cast<Index>(c.study.tolerances.size()));
   const double surprise = t.size() > 0 ? t.cwiseAbs().maxCoeff() : 0;
   const double gain = singles.empty() ? 0 : c.retuned.chi2 - singles.front().chi2;
@@ -138,10 +145,13 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
   diagnosis.plant = answer.fit.plant;
   diagnosis.closure = closure(c.retuned.stage.blocks, answer.stage.blocks, c.options.draws, c.random);
   const double explained = (c.retuned.chi2 - answer.chi2) / std::max(gap, 1.0);
-  // What explains a part of the gap from a place at which no signal would explain the rest is a mask.
-  const bool misplaced =
-      diagnosis.outcome != GapOutcome::several && explained < kExplainsWell && !diagnosis.places.empty() &&
-      leftover_of(diagnosis, diagnosis.named.front()) > kElsewhere * diagnosis.places.front().leftover;
+  const double held = kHeld - kHeldSlope * std::max(kHeld - explained, 0.0);
+  for (Suspect& suspect : diagnosis.suspects) suspect.probability *= std::max(held, 0.0);
+  // What explains the gap, or a part of it, from a place at which no signal would explain the rest is a mask.
+  const bool misplaced = diagnosis.outcome != GapOutcome::several &&
+                         answer.chi2 - c.floor_chi2() > kNotice * diagnosis.floor.colour &&
+                         leftover_ratio(diagnosis, answer.effects.back().location) >
+                             (explained < kExplainsWell ? kElsewhere : kFarElsewhere);
   if (explained < kExplains || misplaced) name_unknown(c, diagnosis);
 }
 

@@ -17,8 +17,6 @@ inline constexpr double kNotice = 40;
 inline constexpr double kTooSmall = 0.1;
 /// Surprise of a parameter from which it is out of tolerance.
 inline constexpr double kOutOfTolerance = 3;
-/// No probability is ever 1.
-inline constexpr double kLimit = 0.99;
 /// What stands before a mass in the name of the place between it and the ground.
 inline constexpr const char* kGuide = "guide:";
 

@@ -8,7 +8,6 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kLimit = 0.99;       // no probability is ever 1
 constexpr double kOfGap = 0.01;       // a of `weigh`
 constexpr double kNotSurprising = 1;  // of a parameter: without its prior it would be no better
 constexpr double kParameter = 1.5;    // what one more parameter has to bring, in log p
@@ -37,7 +36,8 @@ std::vector<Rival> rivals_of(const std::vector<Hypothesis>& hypotheses) {
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {
     const EffectCandidate& last = hypotheses[i].effects.back();
     const double occam = kParameter * static_cast<double>(hypotheses[i].parameters.size());
-    rivals.push_back({last.effect, last.location, i, false, hypotheses[i].chi2, hypotheses[i].plausibility - occam});
+    rivals.push_back({last.effect, last.location, i, false, hypotheses[i].chi2, hypotheses[i].prior_chi2,
+                      hypotheses[i].plausibility - occam});
   }
   return rivals;
 }
@@ -52,13 +52,15 @@ std::vector<Rival> parameter_rivals(const Study& study, const Hypothesis& retune
     const std::string& name = study.tolerances[i].name;
     const auto known =
         std::find_if(parameters.begin(), parameters.end(), [&](const PlantParameter& p) { return p.name == name; });
-    rivals.push_back({error_id(name), known->location, i, true, retuned.chi2, -occam});
+    rivals.push_back({error_id(name), known->location, i, true, retuned.chi2, retuned.prior_chi2, -occam});
   }
   tbb::parallel_for(std::size_t{0}, rivals.size(), [&](std::size_t k) {
     std::vector<FitParameter> free = study.tolerances;
     free[rivals[k].hypothesis].prior_std = 0;
     const Hypothesis fitted = fit_from(study, retuned, free);
-    if (!fitted.fit.error.empty()) rivals[k].chi2 = std::min(fitted.chi2, retuned.chi2);
+    if (fitted.fit.error.empty() || fitted.chi2 > retuned.chi2) return;
+    rivals[k].chi2 = fitted.chi2;
+    rivals[k].prior_chi2 = fitted.prior_chi2;
   });
   return rivals;
 }
@@ -70,7 +72,7 @@ void weigh(std::vector<Rival>& rivals, const Weighing& weighing) {
   const double temperature = weighing.colour + kOfGap * std::max(weighing.gap, 0.0) +
                              kOfRemains * std::max(best - kFloorKnown * weighing.floor_chi2, 0.0);
   const auto log_odds = [&](const Rival& rival) {
-    return -(rival.chi2 - best) / (2 * temperature) + rival.plausibility;
+    return -(rival.chi2 - rival.prior_chi2 - best) / (2 * temperature) - rival.prior_chi2 / 2 + rival.plausibility;
   };
   std::stable_sort(rivals.begin(), rivals.end(),
                    [&](const Rival& a, const Rival& b) { return log_odds(a) > log_odds(b); });

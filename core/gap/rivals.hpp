@@ -9,6 +9,9 @@
 
 namespace wheelhop {
 
+/// No probability is ever 1.
+inline constexpr double kLimit = 0.99;
+
 /// Deviations of a fit's parameters from their tolerances: how surprising the prior of each is to everything else. With
 /// the prior left out the posterior is N(z / (1 - s), s / (1 - s)), s its variance in tolerances, against a prior of
 /// N(0, 1); t^2 is what chi2 falls by if that prior is dropped.
@@ -21,6 +24,7 @@ struct Rival {
   std::size_t hypothesis = 0;  ///< index into the list it stands for; of a parameter, into the tolerances
   bool is_parameter = false;
   double chi2 = 0;
+  double prior_chi2 = 0;  ///< of that, the squared priors of the parameters
   double plausibility = 0;
   double probability = 0;
   std::string name() const { return effect + "@" + location; }
@@ -40,10 +44,11 @@ struct Weighing {
   double floor_chi2 = 0;  ///< number of values
 };
 
-/// Keeps of each effect and place the most probable form, sets the probabilities, and sorts by them: log p = -(chi2 -
-/// best) / (2 T) + plausibility, T = colour + a gap + b (best - 1.05 floor). No form in a catalogue is that of the rig,
-/// so that every one leaves some share of the gap; T is how much of such a difference means nothing (a, b: by
-/// judgement, looked at on generated cases, not fitted). None is above 0.99.
+/// Keeps of each effect and place the most probable form, sets the probabilities, and sorts by them: log p = -(r^2 -
+/// best) / (2 T) - z^2 / 2 + plausibility, chi2 = r^2 + z^2 (residuals and priors), T = colour + a gap + b (best - 1.05
+/// floor). No form in a catalogue is that of the rig, so that every one leaves some share of the gap; T is how much of
+/// such a difference means nothing (a, b: by judgement, looked at on generated cases, not fitted). The parameters'
+/// tolerances are what their owner says, neither coloured nor of a wrong form. None is above 0.99.
 void weigh(std::vector<Rival>& rivals, const Weighing& weighing);
 
 }  // namespace wheelhop

@@ -13,7 +13,8 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kWindow_s = 2;  // over which a law that changes with time stays as it is
+constexpr double kWindows_s[] = {0.5, 2};  // over which a law that changes with time stays as it is
+constexpr Index kSurrogates = 8;
 constexpr Index kMemory = 3;     // samples back, every second
 constexpr double kRidge = 1e-6;  // of the largest feature's power
 constexpr Index kFade = 20;      // the twentieth at either end in which an unknown signal fades
@@ -80,24 +81,37 @@ Matrix features_of(const std::vector<Moved>& moved, Index N) {
   return all;
 }
 
-/// Share of a signal that one place's travel and rate explain window by window, the best place's.
-/// @param window_freedom independent values of the signal a window
-double explained_locally(const Vector& value, const std::vector<Moved>& moved, Index window, double window_freedom) {
-  double best = 0;
-  for (const Moved& own : moved) {
-    double power = 0, left = 0;
-    for (Index first = 0; first + window <= value.size(); first += window) {
-      Matrix A(window, 3);
-      A << own.x.segment(first, window).transpose(), own.v.segment(first, window).transpose(), Vector::Ones(window);
-      A.leftCols(2).rowwise() -= A.leftCols(2).colwise().mean();
-      for (Index j = 0; j < 2; ++j) A.col(j) /= std::max(A.col(j).norm(), 1e-300);
-      const Vector b = value.segment(first, window);
-      const Vector r = b - A * (A.transpose() * A).ldlt().solve(A.transpose() * b);
-      power += (b.array() - b.mean()).square().sum();
-      left += r.squaredNorm();
-    }
-    if (power > 0) best = std::max(best, 1 - left / power / std::max(1 - 2 / window_freedom, 0.1));
+/// Share of a signal that travel and rate of one place explain window by window.
+/// @param shift samples by which the motion is moved around against the signal
+double explained_by_window(const Vector& value, const Moved& own, Index window, Index shift) {
+  double power = 0, left = 0;
+  for (Index first = 0; first + window <= value.size(); first += window) {
+    const Index from = (first + shift) % (value.size() - window + 1);
+    Matrix A(window, 3);
+    A << own.x.segment(from, window).transpose(), own.v.segment(from, window).transpose(), Vector::Ones(window);
+    A.leftCols(2).rowwise() -= A.leftCols(2).colwise().mean();
+    for (Index j = 0; j < 2; ++j) A.col(j) /= std::max(A.col(j).norm(), 1e-300);
+    const Vector b = value.segment(first, window);
+    const Vector r = b - A * (A.transpose() * A).ldlt().solve(A.transpose() * b);
+    power += (b.array() - b.mean()).square().sum();
+    left += r.squaredNorm();
   }
+  return power > 0 ? 1 - left / power : 0;
+}
+
+/// The same for laws that change with time, the best place's and window's, beyond what chance explains: that is what
+/// the motion of other times does.
+double explained_locally(const Vector& value, const std::vector<Moved>& moved, double sampling_hz) {
+  double best = 0;
+  for (const Moved& own : moved)
+    for (const double window_s : kWindows_s) {
+      const auto window = static_cast<Index>(std::llround(window_s * sampling_hz));
+      if (window < 8 || window > value.size() / kSurrogates) continue;
+      double chance = 0;
+      for (Index k = 1; k < kSurrogates; ++k)
+        chance += explained_by_window(value, own, window, k * value.size() / kSurrogates) / (kSurrogates - 1);
+      best = std::max(best, (explained_by_window(value, own, window, 0) - chance) / (1 - chance));
+    }
   return best;
 }
 
@@ -117,8 +131,7 @@ double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& re
     const Index half = (features.cols() - features.cols() / kFade - first) / 2;
     const Matrix A = features.middleCols(first, half), B = features.middleCols(first + half, half);
     const Vector a = signal.value.segment(first, half), b = signal.value.segment(first + half, half);
-    const auto window = static_cast<Index>(std::llround(kWindow_s * sampling_hz));
-    locally = std::max(locally, explained_locally(signal.value, moved, window, 2 * signal.band_hz * kWindow_s));
+    locally = std::max(locally, explained_locally(signal.value, moved, sampling_hz));
     Matrix H = A * A.transpose();
     H.diagonal().array() += kRidge * H.diagonal().maxCoeff();
     const Vector weights = H.ldlt().solve(A * a);

@@ -9,7 +9,7 @@ using namespace wheelhop;
 namespace {
 
 Rival rival(const std::string& effect, double chi2, double plausibility = 0) {
-  return {effect, "spring", 0, false, chi2, plausibility};
+  return {effect, "spring", 0, false, chi2, 0, plausibility};
 }
 
 double probability_of(const std::vector<Rival>& rivals, const std::string& effect) {
@@ -41,6 +41,15 @@ TEST_CASE("a difference means less the larger the gap, the more is left, and the
   CHECK(winner(1, 1e4, 1000) < winner(1, 1e3, 1000));
   CHECK(winner(1, 0, 500) < winner(1, 0, 1000));
   CHECK(winner(8, 0, 1000) < winner(1, 0, 1000));
+}
+
+TEST_CASE("tolerances speak at full weight, however coloured the noise and however large the gap") {
+  for (const double colour : {1.0, 100.0}) {
+    std::vector<Rival> rivals = {rival("a", 1000), rival("b", 1000)};
+    rivals[1].chi2 += rivals[1].prior_chi2 = 6;  // the same residuals, by parameters that left their tolerances
+    weigh(rivals, {colour, 1e5, 1000});
+    CHECK(probability_of(rivals, "a") == Approx(1 / (1 + std::exp(-3.0))));
+  }
 }
 
 TEST_CASE("of an effect's forms the most probable counts, and an implausible size costs") {

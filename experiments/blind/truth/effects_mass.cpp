@@ -1,4 +1,5 @@
 // Effects on masses.
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -6,6 +7,8 @@
 
 namespace wheelhop::blind {
 namespace {
+
+constexpr double two_pi = 2 * std::numbers::pi;
 
 /// A small mass on a spring and damper of its own.
 struct Resonator final : Attachment {
@@ -21,7 +24,7 @@ struct Resonator final : Attachment {
 
 std::optional<Formed> resonator(const Surroundings& rig, const std::string& place, Random& random) {
   const Index i = mass_at(*rig.plan, place);
-  const double w = 2 * std::numbers::pi * rig.band_hz * between(random, 0.25, 0.6), ratio = between(random, 0.03, 0.1);
+  const double w = two_pi * rig.band_hz * between(random, 0.25, 0.6), ratio = between(random, 0.03, 0.1);
   const double host = rig.theta(i);
   return Formed{1e-4 * host, 0.4 * host, [=](double size) {
                   Resonator f;
@@ -37,7 +40,7 @@ struct Exogenous final : Attachment {
   Command lines;
   void act(double t, double, double, const double*, double*, Forces& forces) const override {
     for (const Cosine& c : lines)
-      forces.extra += c.amplitude * std::cos(2 * std::numbers::pi * c.frequency_hz * t + c.phase);
+      forces.extra += c.amplitude * std::cos(two_pi * c.frequency_hz * t + c.phase);
   }
 };
 
@@ -48,12 +51,40 @@ std::optional<Formed> exogenous(const Surroundings& rig, const std::string& plac
   constexpr int lines = 24;
   for (int k = 0; k < lines; ++k)
     shape.lines.push_back({std::sqrt(2.0 / lines), from + (to - from) * (k + random.uniform()) / lines,
-                           2 * std::numbers::pi * random.uniform()});
+                           two_pi * random.uniform()});
   const double speed = rig.masses[static_cast<std::size_t>(i)].speed_rms;
-  const double usual = rig.theta(i) * speed * 2 * std::numbers::pi * from;
+  const double usual = rig.theta(i) * speed * two_pi * from;
   return Formed{1e-3 * usual, 3 * usual, [=](double size) {
                   Exogenous f = shape;
                   for (Cosine& c : f.lines) c.amplitude *= size;
+                  return on_mass(i, f, size, "N");
+                }};
+}
+
+/// Bursts of force at irregular times.
+struct Bursts final : Attachment {
+  double force = 0, every_s = 0, frequency_hz = 0, width_s = 0;
+  std::array<double, 16> jitter = {};
+  void act(double t, double, double, const double*, double*, Forces& forces) const override {
+    const double turn = std::floor(t / every_s);
+    const auto k = static_cast<std::size_t>(static_cast<long long>(turn) & 15);
+    const double from_middle = t - (turn + 0.3 + 0.4 * jitter[k]) * every_s, r = from_middle / width_s;
+    if (std::abs(r) < 5)
+      forces.extra += force * std::exp(-0.5 * r * r) * std::sin(two_pi * frequency_hz * from_middle + 6 * jitter[k]);
+  }
+};
+
+std::optional<Formed> bursts(const Surroundings& rig, const std::string& place, Random& random) {
+  const Index i = mass_at(*rig.plan, place);
+  Bursts shape;
+  shape.every_s = between(random, 2, 5);
+  shape.frequency_hz = rig.band_hz * between(random, 0.1, 0.4);
+  shape.width_s = between(random, 1, 2) / shape.frequency_hz;
+  for (double& value : shape.jitter) value = random.uniform();
+  const double usual = rig.theta(i) * rig.masses[static_cast<std::size_t>(i)].speed_rms * two_pi * shape.frequency_hz;
+  return Formed{1e-3 * usual, 10 * usual, [=](double size) {
+                  Bursts f = shape;
+                  f.force = size;
                   return on_mass(i, f, size, "N");
                 }};
 }
@@ -62,7 +93,8 @@ std::optional<Formed> exogenous(const Surroundings& rig, const std::string& plac
 
 std::vector<EffectKind> mass_kinds() {
   return {{"added_mode", "small mass, spring and damper", all_masses, resonator},
-          {"exogenous_force", "band-limited force", all_masses, exogenous}};
+          {"exogenous_force", "band-limited force", all_masses, exogenous},
+          {"exogenous_force", "bursts of force", all_masses, bursts}};
 }
 
 }  // namespace wheelhop::blind

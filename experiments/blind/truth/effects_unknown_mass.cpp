@@ -1,6 +1,5 @@
 // Effects on masses that no family of the diagnosis is meant to hold.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -85,41 +84,12 @@ std::optional<Formed> third_body(const Surroundings& rig, const std::string& pla
                 }};
 }
 
-/// Bursts of force at irregular times.
-struct Bursts final : Attachment {
-  double force = 0, every_s = 0, frequency_hz = 0, width_s = 0;
-  std::array<double, 16> jitter = {};
-  void act(double t, double, double, const double*, double*, Forces& forces) const override {
-    const double turn = std::floor(t / every_s);
-    const auto k = static_cast<std::size_t>(static_cast<long long>(turn) & 15);
-    const double from_middle = t - (turn + 0.3 + 0.4 * jitter[k]) * every_s, r = from_middle / width_s;
-    if (std::abs(r) < 5)
-      forces.extra += force * std::exp(-0.5 * r * r) * std::sin(two_pi * frequency_hz * from_middle + 6 * jitter[k]);
-  }
-};
-
-std::optional<Formed> bursts(const Surroundings& rig, const std::string& place, Random& random) {
-  const Index i = mass_at(*rig.plan, place);
-  Bursts shape;
-  shape.every_s = between(random, 2, 5);
-  shape.frequency_hz = rig.band_hz * between(random, 0.1, 0.4);
-  shape.width_s = between(random, 1, 2) / shape.frequency_hz;
-  for (double& value : shape.jitter) value = random.uniform();
-  const double usual = rig.theta(i) * rig.masses[static_cast<std::size_t>(i)].speed_rms * two_pi * shape.frequency_hz;
-  return Formed{1e-3 * usual, 10 * usual, [=](double size) {
-                  Bursts f = shape;
-                  f.force = size;
-                  return on_mass(i, f, size, "N");
-                }};
-}
-
 }  // namespace
 
 std::vector<EffectKind> unknown_mass_kinds() {
   return {{"unknown", "drag in proportion to speed squared", all_masses, drag},
           {"unknown", "loose mass in a cage", all_masses, rattle},
-          {"unknown", "contact with a third body", all_masses, third_body},
-          {"unknown", "bursts of force", all_masses, bursts}};
+          {"unknown", "contact with a third body", all_masses, third_body}};
 }
 
 }  // namespace wheelhop::blind
