@@ -12,6 +12,13 @@ std::string percent(const Closure& closure) {
   return fmt::format("{:.0f} % [{:.0f}, {:.0f}]", 100 * closure.value, 100 * closure.low, 100 * closure.high);
 }
 
+/// ", NAME (-1.6 tolerances) most", or nothing.
+std::string most_retuned(const Diagnosis& diagnosis) {
+  if (diagnosis.most_retuned < 0) return "";
+  const FittedParameter& parameter = diagnosis.tolerances[static_cast<std::size_t>(diagnosis.most_retuned)];
+  return fmt::format(", {} ({:+.1f} tolerances) most", parameter.name, parameter.value);
+}
+
 }  // namespace
 
 std::string answer(const Diagnosis& diagnosis) {
@@ -21,7 +28,8 @@ std::string answer(const Diagnosis& diagnosis) {
   switch (diagnosis.outcome) {
     case GapOutcome::none:
       return times < 1 ? "No gap: what the plant leaves is noise, every parameter inside its tolerance."
-                       : gap + " Parameters that differ inside their tolerances explain it; nothing is missing.";
+                       : gap + " Parameters that differ inside their tolerances explain it" + most_retuned(diagnosis) +
+                             "; nothing is missing.";
     case GapOutcome::parameter:
       return fmt::format("{} {} at {} explains it (P {:.2f}) and removes {} of it.", gap, best().effect,
                          best().location, best().probability, percent(diagnosis.closure));

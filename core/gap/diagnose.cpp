@@ -45,6 +45,9 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
     diagnosis.tolerances[i].value = retuned.fit.theta(static_cast<Index>(i));
     diagnosis.tolerances[i].std /= study.tolerances[i].scale;
   }
+  if (const Vector& moved = retuned.fit.theta; moved.size() > 0 && retuned.fit.jacobian.size() > 0)
+    (retuned.fit.jacobian.leftCols(moved.size()).colwise().norm().transpose().array() * moved.array().abs())
+        .maxCoeff(&diagnosis.most_retuned);
   diagnosis.closure_of_retuning = 1 - (diagnosis.retuned.misfit - 1) / (diagnosis.delivered.misfit - 1);
   if (step) step("where it enters");
   diagnosis.places = locate(retuned.fit, data.fitted);

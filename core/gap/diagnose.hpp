@@ -68,6 +68,7 @@ struct Diagnosis {
   GapOutcome outcome = GapOutcome::none;
   GapStage delivered, retuned, corrected;
   std::vector<FittedParameter> tolerances;     ///< every parameter re-tuned, in tolerances off
+  Index most_retuned = -1;                     ///< of these, the one that changes the outputs most
   std::vector<Suspect> suspects;               ///< the named ones first, then by probability
   std::vector<LocationProbability> locations;  ///< most probable first
   /// Where an unknown signal would enter the re-tuned plant, without the catalogue.
