@@ -65,27 +65,37 @@ enum class LawRole {
 
 /// What is common to all laws of one name. `p` holds the values in the order of `parameters`.
 struct LawKind {
+  /// Of a law that acts through its role or its memory alone.
+  static bool no_force(std::span<const double>, double, double, double& f) {
+    f = 0;
+    return true;
+  }
+  static bool no_slopes(std::span<const double>, double, double, double& df_dx, double& df_dv) {
+    df_dx = df_dv = 0;
+    return true;
+  }
+
   std::string name;
   std::string equation;
   std::string source;
   std::vector<LawParameter> parameters;
   /// Force f [N] at travel x [m] and rate v [m/s]; false outside the domain of the law, f is then undefined.
-  bool (*force)(std::span<const double> p, double x, double v, double& f);
+  bool (*force)(std::span<const double> p, double x, double v, double& f) = no_force;
   /// Slopes dF/dx [N/m] and dF/dv [Ns/m]; false outside the domain.
-  bool (*slopes)(std::span<const double> p, double x, double v, double& df_dx, double& df_dv);
+  bool (*slopes)(std::span<const double> p, double x, double v, double& df_dx, double& df_dv) = no_slopes;
   /// Stored energy [J], zero at x = 0; nullptr for a law that stores none.
-  double (*energy)(std::span<const double> p, double x);
+  double (*energy)(std::span<const double> p, double x) = nullptr;
   /// Power turned into heat [W]; nullptr for a law that turns none.
-  double (*dissipation)(std::span<const double> p, double x, double v);
+  double (*dissipation)(std::span<const double> p, double x, double v) = nullptr;
   /// True if F = k x + d v with constant slopes everywhere: such laws of one element are summed before a simulation.
   bool is_linear = false;
   /// Relations between parameters: empty, or what was expected; nullptr where there are none.
-  std::string (*check)(std::span<const double> p);
+  std::string (*check)(std::span<const double> p) = nullptr;
   /// True if the law is the difference between a damper and the viscous one of the same damping: alone it may deliver
   /// energy (`dissipation` is signed), together they do not.
   bool is_correction = false;
   LawRole role = LawRole::force;
-  LawMemory memory = {};  ///< with states, `force`, `slopes`, `energy` and `dissipation` above are nullptr
+  LawMemory memory = {};  ///< with states, this alone gives the law's force, slopes, energy and dissipation
 };
 
 /// One law of an element: its kind and the values of its parameters.

@@ -29,9 +29,7 @@ LawKind asymmetric_damper() {
     df_dv = v == 0 ? 0 : std::copysign(p[1] * p[0], p[1] * v);
     return true;
   };
-  kind.energy = nullptr;
   kind.dissipation = [](std::span<const double> p, double, double v) { return p[1] * p[0] * std::abs(v) * v; };
-  kind.check = nullptr;
   kind.is_correction = true;
   return kind;
 }

@@ -14,17 +14,6 @@ LawKind backlash() {
                       .meaning = "half the clearance, b; 0.00005 to 0.0005 m",
                       .range = {.low = 0},
                       .typical = 0.0002}};
-  kind.force = [](std::span<const double>, double, double, double& f) {
-    f = 0;
-    return true;
-  };
-  kind.slopes = [](std::span<const double>, double, double, double& df_dx, double& df_dv) {
-    df_dx = df_dv = 0;
-    return true;
-  };
-  kind.energy = nullptr;
-  kind.dissipation = nullptr;
-  kind.check = nullptr;
   kind.role = LawRole::play;
   return kind;
 }

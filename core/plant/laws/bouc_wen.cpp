@@ -45,11 +45,6 @@ LawKind bouc_wen() {
                       .required = false,
                       .fallback = 0.5,
                       .typical = 0.5}};
-  kind.force = nullptr;
-  kind.slopes = nullptr;
-  kind.energy = nullptr;
-  kind.dissipation = nullptr;
-  kind.check = nullptr;
   kind.memory.states = 1;
   kind.memory.force = [](std::span<const double> p, double, double v, const double* z, double& f, double* z_rate) {
     f = p[force] * z[0];

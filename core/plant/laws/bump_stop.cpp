@@ -66,7 +66,6 @@ LawKind bump_stop() {
     const double s = std::abs(depth(p, x));
     return p[stiffness] * reference_m * reference_m / (p[exponent] + 1) * std::pow(s / reference_m, p[exponent] + 1);
   };
-  kind.dissipation = nullptr;
   kind.check = [](std::span<const double> p) -> std::string {
     if (!std::isfinite(p[compression_gap]) && !std::isfinite(p[extension_gap]))
       return "\"compression_gap_m\", \"extension_gap_m\" or both";

@@ -53,10 +53,6 @@ LawKind cavitating_damper() {
        .required = false,
        .fallback = 1,
        .typical = 2}};
-  kind.force = nullptr;
-  kind.slopes = nullptr;
-  kind.energy = nullptr;
-  kind.dissipation = nullptr;
   kind.check = [](std::span<const double> p) -> std::string {
     return std::abs(p[side]) == 1 ? "" : "\"side\": 1 or -1";
   };

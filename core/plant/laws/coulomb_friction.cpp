@@ -57,12 +57,10 @@ LawKind coulomb_friction() {
         (p[force] + sticking) * (1 - sign * sign) / p[velocity] - 2 * sticking * ratio / p[stribeck_velocity] * sign;
     return true;
   };
-  kind.energy = nullptr;
   kind.dissipation = [](std::span<const double> p, double, double v) {
     const double ratio = v / p[stribeck_velocity];
     return (p[force] + p[stribeck_force] * std::exp(-ratio * ratio)) * std::tanh(v / p[velocity]) * v;
   };
-  kind.check = nullptr;
   return kind;
 }
 

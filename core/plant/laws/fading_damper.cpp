@@ -39,11 +39,6 @@ LawKind fading_damper() {
                       .required = false,
                       .fallback = 600,
                       .typical = 600}};
-  kind.force = nullptr;
-  kind.slopes = nullptr;
-  kind.energy = nullptr;
-  kind.dissipation = nullptr;
-  kind.check = nullptr;
   kind.is_correction = true;
   kind.memory.states = 1;
   kind.memory.force = [](std::span<const double> p, double, double v, const double* z, double& f, double* z_rate) {

@@ -61,7 +61,6 @@ LawKind hardening_spring() {
     }
     return p[stiffness] * shape;
   };
-  kind.dissipation = nullptr;
   kind.check = [](std::span<const double> p) -> std::string {
     if (p[beta] != 0 && !std::isfinite(p[travel_limit])) return "\"travel_limit_m\" beside a \"beta_m\" that is not 0";
     return "";

@@ -14,17 +14,6 @@ LawKind liftoff() {
                                  "5000 N, the weight above the tyre",
                       .range = {.low = 0},
                       .typical = 4000}};
-  kind.force = [](std::span<const double>, double, double, double& f) {
-    f = 0;
-    return true;
-  };
-  kind.slopes = [](std::span<const double>, double, double, double& df_dx, double& df_dv) {
-    df_dx = df_dv = 0;
-    return true;
-  };
-  kind.energy = nullptr;
-  kind.dissipation = nullptr;
-  kind.check = nullptr;
   kind.role = LawRole::contact;
   return kind;
 }

@@ -18,9 +18,7 @@ LawKind linear_spring() {
     return true;
   };
   kind.energy = [](std::span<const double> p, double x) { return 0.5 * p[0] * x * x; };
-  kind.dissipation = nullptr;
   kind.is_linear = true;
-  kind.check = nullptr;
   return kind;
 }
 

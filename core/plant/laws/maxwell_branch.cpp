@@ -23,11 +23,6 @@ LawKind maxwell_branch() {
                       .meaning = "relaxation time tau; 0.001 to 0.01 s",
                       .range = {.low = 1e-7},
                       .typical = 0.004}};
-  kind.force = nullptr;
-  kind.slopes = nullptr;
-  kind.energy = nullptr;
-  kind.dissipation = nullptr;
-  kind.check = nullptr;
   kind.memory.states = 1;
   kind.memory.force = [](std::span<const double> p, double, double v, const double* z, double& f, double* z_rate) {
     f = z[0];

@@ -27,8 +27,6 @@ LawKind polynomial_spring() {
     for (std::size_t k = p.size(); k-- > 0;) sum = (sum + p[k] / static_cast<double>(k + 2)) * x;
     return sum * x;
   };
-  kind.dissipation = nullptr;
-  kind.check = nullptr;
   return kind;
 }
 

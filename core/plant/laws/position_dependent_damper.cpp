@@ -35,9 +35,7 @@ LawKind position_dependent_damper() {
     df_dv = p[damping] * share(p, x);
     return true;
   };
-  kind.energy = nullptr;
   kind.dissipation = [](std::span<const double> p, double x, double v) { return p[damping] * share(p, x) * v * v; };
-  kind.check = nullptr;
   kind.is_correction = true;
   return kind;
 }

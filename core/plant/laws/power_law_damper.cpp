@@ -43,9 +43,7 @@ LawKind power_law_damper() {
     df_dv = p[damping] * (shape(p, v) + ratio * (p[exponent] - 1) * std::pow(1 + ratio, p[exponent] - 2));
     return true;
   };
-  kind.energy = nullptr;
   kind.dissipation = [](std::span<const double> p, double, double v) { return p[damping] * v * v * shape(p, v); };
-  kind.check = nullptr;
   return kind;
 }
 

@@ -11,17 +11,6 @@ LawKind rest_offset() {
   kind.source = "ride height: a load that the springs carry beyond the one for which travel is zero";
   kind.parameters = {
       {.name = "offset_m", .unit = "m", .meaning = "shift x_0 of the working point; 0.005 to 0.02 m", .typical = 0.01}};
-  kind.force = [](std::span<const double>, double, double, double& f) {
-    f = 0;
-    return true;
-  };
-  kind.slopes = [](std::span<const double>, double, double, double& df_dx, double& df_dv) {
-    df_dx = df_dv = 0;
-    return true;
-  };
-  kind.energy = nullptr;
-  kind.dissipation = nullptr;
-  kind.check = nullptr;
   kind.role = LawRole::offset;
   return kind;
 }

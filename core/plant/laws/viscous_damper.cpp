@@ -17,10 +17,8 @@ LawKind viscous_damper() {
     df_dv = p[0];
     return true;
   };
-  kind.energy = nullptr;
   kind.dissipation = [](std::span<const double> p, double, double v) { return p[0] * v * v; };
   kind.is_linear = true;
-  kind.check = nullptr;
   return kind;
 }
 
