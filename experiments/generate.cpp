@@ -141,10 +141,10 @@ GroupDrive make_group_drive(const Config& config, std::size_t group_index, Index
 
 }  // namespace
 
-int run_generate(const std::filesystem::path& config_file, const std::filesystem::path& out, bool quiet) {
-  const JsonCursor cursor = JsonCursor::load(config_file);
+int run_generate(const GenerateRequest& request) {
+  const JsonCursor cursor = JsonCursor::load(request.config);
   const Config config = read_config(cursor);
-  require_writable_folder(out);
+  require_writable_folder(request.out);
 
   const Index lead = std::llround(config.settle_s * config.plant.hold_hz());
   RecordSet set;
@@ -157,7 +157,7 @@ int run_generate(const std::filesystem::path& config_file, const std::filesystem
   std::map<std::string, int> numbers;  // files of each role so far
   for (std::size_t g = 0; g < config.groups.size(); ++g) {
     const Group& group = config.groups[g];
-    if (!quiet)
+    if (!request.quiet)
       std::fprintf(stderr, "record %zu of %zu (%s, %g s)\n", g + 1, config.groups.size(), group.role.c_str(),
                    group.duration_s);
     const GroupDrive drive = make_group_drive(config, g, lead);
@@ -167,7 +167,7 @@ int run_generate(const std::filesystem::path& config_file, const std::filesystem
     if (clean.status != Status::ok) {
       provenance["status"] = std::string(to_string(clean.status));
       provenance["message"] = fmt::format("record {}: {}", g + 1, clean.message);
-      write_json(out / "provenance.json", provenance);
+      write_json(request.out / "provenance.json", provenance);
       std::fprintf(stderr, "record %zu: %s\n", g + 1, clean.message.c_str());
       return 1;
     }
@@ -197,9 +197,9 @@ int run_generate(const std::filesystem::path& config_file, const std::filesystem
     for (Index i = 0; i < noise_power.size(); ++i)
       set.noise_std[config.plant.sensors[static_cast<std::size_t>(i)].name] =
           std::sqrt(noise_power(i) / static_cast<double>(set.records.size()));
-  write_json(out / "plant.json", to_json(config.plant));
-  write_json(out / "provenance.json", provenance);
-  write_records(out, set);
+  write_json(request.out / "plant.json", to_json(config.plant));
+  write_json(request.out / "provenance.json", provenance);
+  write_records(request.out, set);
   return 0;
 }
 

@@ -6,6 +6,11 @@
 
 namespace wheelhop {
 
+struct GenerateRequest {
+  std::filesystem::path config, out;
+  bool quiet = false;
+};
+
 /// Reads a config, simulates its records and writes `records.json`, one CSV a record, `plant.json` and
 /// `provenance.json` (effective config, seeds, version, level of the noise, lines of a multisine) into `out`.
 ///
@@ -18,6 +23,6 @@ namespace wheelhop {
 ///
 /// @return 0; 1 if a simulation left the domain of the plant's laws: then `provenance.json` alone is written and says
 /// where. UserError for every mistake in the config, before anything is computed. Progress on stderr unless `quiet`.
-int run_generate(const std::filesystem::path& config, const std::filesystem::path& out, bool quiet);
+int run_generate(const GenerateRequest& request);
 
 }  // namespace wheelhop

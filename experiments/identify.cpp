@@ -147,14 +147,14 @@ Json scores_json(const IdentifyConfig& config, const PipelineResult& result, con
 
 }  // namespace
 
-int run_identify(const std::filesystem::path& config_file, const std::filesystem::path& records,
-                 const std::filesystem::path& out, bool quiet) {
-  const IdentifyConfig config = read_identify_config(config_file, records);
+int run_identify(const IdentifyRequest& request) {
+  const std::filesystem::path& out = request.out;
+  const IdentifyConfig config = read_identify_config(request.config, request.records);
   require_writable_folder(out.parent_path());
   if (std::filesystem::is_directory(out))
     throw UserError(out.string() + ": expected the name of a file, found a folder");
   const Signal& training = config.training();
-  if (!quiet)
+  if (!request.quiet)
     std::fprintf(stderr, "identifying from %s: %td samples, %td input(s), %td output(s)\n", config.record.c_str(),
                  training.samples(), training.input_count(), training.output_count());
   Random random(static_cast<std::uint64_t>(config.seed), Stream::initial_guess);

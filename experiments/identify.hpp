@@ -6,6 +6,12 @@
 
 namespace wheelhop {
 
+struct IdentifyRequest {
+  std::filesystem::path config, records;
+  std::filesystem::path out;  ///< the model file
+  bool quiet = false;
+};
+
 /// Config: `{"inputs": [{"name", "unit"}], "outputs": [{"name", "unit"}]}` or `{"plant": FILE}` for the channels, and
 /// optionally `seed` (1), `order` (0: from the singular values), `record` (file name or number of the estimation
 /// record; the first), `initial_state_samples` (100), `excitation_tolerance` (1e-12), `subspace`, `inversion`,
@@ -17,7 +23,6 @@ namespace wheelhop {
 /// set, and prints them.
 /// @return 0; 1 if the identification failed, the model is unstable at rest, or its free run on a record diverges: the
 /// file carries status and message.
-int run_identify(const std::filesystem::path& config, const std::filesystem::path& records,
-                 const std::filesystem::path& out, bool quiet);
+int run_identify(const IdentifyRequest& request);
 
 }  // namespace wheelhop

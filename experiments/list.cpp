@@ -83,8 +83,8 @@ Json list_pieces() {
   return out;
 }
 
-int run_list(bool as_json) {
-  if (as_json) {
+int run_list(const ListRequest& request) {
+  if (request.json) {
     fmt::print("{}\n", list_pieces().dump(2));
     return 0;
   }

@@ -11,7 +11,11 @@ namespace wheelhop {
 /// "unit", "range", "meaning"}]}]}]}`.
 Json list_pieces();
 
-/// Prints that, as JSON or for reading. @return 0
-int run_list(bool as_json);
+struct ListRequest {
+  bool json = false;  ///< otherwise for reading
+};
+
+/// Prints that. @return 0
+int run_list(const ListRequest& request);
 
 }  // namespace wheelhop

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 
 #include "experiments/home.hpp"
@@ -32,6 +33,12 @@ Rendered render(const std::filesystem::path& result, const std::filesystem::path
   if (WIFSIGNALED(state)) return {128 + WTERMSIG(state), fmt::format("node was ended by signal {}", WTERMSIG(state))};
   const int status = WEXITSTATUS(state);
   return {status, status == 0 ? "" : fmt::format("plots/render.mjs ended with status {}", status)};
+}
+
+int run_report(const ReportRequest& request) {
+  const Rendered drawn = render(request.result, request.page);
+  if (drawn.exit_status != 0) std::fprintf(stderr, "wheelhop: report: %s\n", drawn.message.c_str());
+  return drawn.exit_status == 0 ? 0 : drawn.exit_status == 2 ? 2 : 1;
 }
 
 }  // namespace wheelhop

@@ -17,4 +17,12 @@ struct Rendered {
 /// @param page empty: DIR/report.html, D.html
 Rendered render(const std::filesystem::path& result, const std::filesystem::path& page = {});
 
+struct ReportRequest {
+  std::filesystem::path result, page;  ///< as of render()
+};
+
+/// `wheelhop report RESULT [--out FILE]`: the same, with its reason on stderr where it fails.
+/// @return 0; 2 if render.mjs refuses the result; else 1
+int run_report(const ReportRequest& request);
+
 }  // namespace wheelhop

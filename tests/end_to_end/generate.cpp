@@ -34,7 +34,7 @@ Run generate(const Folder& folder, const Json& config, const std::string& out) {
   write_json(folder / "plant.json", parse_json(quarter_car_text, "plant.json"));
   write_json(folder / "config.json", config);
   try {
-    return {run_generate(folder / "config.json", folder / out, true), ""};
+    return {run_generate({folder / "config.json", folder / out, true}), ""};
   } catch (const UserError& error) {
     return {2, error.what()};
   }

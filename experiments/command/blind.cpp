@@ -1,0 +1,66 @@
+// blind make, run, score: the test of the diagnosis.
+#include "experiments/blind/make.hpp"
+#include "experiments/blind/run.hpp"
+#include "experiments/blind/score.hpp"
+#include "experiments/command/command.hpp"
+
+namespace wheelhop {
+namespace {
+
+void add_blind_make(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "make", "cases whose effect is withheld, with a sealed key", run, run_blind_make);
+  command.add_option("CONFIG", request.config, "sets of cases as JSON, e.g. experiments/configs/blind_singles.json")
+      ->required();
+  command.add_option("--out", request.out, "new folder for the cases and their manifest")->required();
+  command.add_option("--key", request.key, "folder for the key and the truth, outside of --out")->required();
+  command.add_option("--seed", request.seed, "instead of the config's: cases that nobody can make again without it");
+  command.add_option("--jobs", request.jobs, "cases at once (default: all threads); never changes a result")
+      ->check(CLI::Range(1, 4096));
+  add_quiet(command, request.quiet);
+  command.footer(
+      "The true systems are simulated by a rig of their own, with effects in forms that differ from the catalogue's.\n"
+      "manifest.json holds the SHA-256 of the key: publish it before anyone diagnoses.\n"
+      "Example:\n  wheelhop blind make experiments/configs/blind_smoke.json --out out/blind/cases --key out/blind/key");
+}
+
+void add_blind_run(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "run", "diagnose every case of a folder, without its key", run, run_blind_run);
+  command.add_option("DIR", request.folder, "folder of cases: CASE/plant.json, CASE/records.json")->required();
+  command.add_option("--out", request.out, "folder of the answers; cases that have one are skipped")->required();
+  command.add_option("--cases", request.cases,
+                     "names or patterns with commas between: case_000,case_01* (default: all)");
+  command.add_option("--leave-out", request.leave_out,
+                     "key: the family of each case's true effect leaves the catalogue (a test of \"none of these\")");
+  command.add_option("--jobs", request.jobs, "cases at once; one case uses all threads too")
+      ->check(CLI::Range(1, 4096))
+      ->capture_default_str();
+  add_quiet(command, request.quiet);
+  command.footer("Example:\n  wheelhop blind run out/cases --out out/answers");
+}
+
+void add_blind_score(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "score", "hold answers against the key: rates, targets, every wrong case", run, run_blind_score);
+  command.add_option("ANSWERS", request.answers, "folder that `blind run` wrote")->required();
+  command.add_option("--key", request.key, "key.json or its folder, with truth/ for the true closure")->required();
+  command.add_option("--out", request.out, "scores to write (default: ANSWERS/scores.json)");
+  command.add_option("--cases", request.cases, "names or patterns with commas between (default: all of the key)");
+  add_quiet(command, request.quiet);
+  command.footer(
+      "Every case of the key counts; an answer that is an error or absent is wrong.\n"
+      "Example:\n  wheelhop blind score out/answers --key out/key");
+}
+
+}  // namespace
+
+void add_blind(CLI::App& app, Run& run) {
+  CLI::App& group = *app.add_subcommand("blind", "a test with withheld effects: how good is the diagnosis?");
+  group.require_subcommand(1);
+  add_blind_make(group, run);
+  add_blind_run(group, run);
+  add_blind_score(group, run);
+}
+
+}  // namespace wheelhop

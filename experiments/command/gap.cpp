@@ -1,0 +1,41 @@
+// diagnose, plan: where a simulation and its rig disagree.
+#include "experiments/command/command.hpp"
+#include "experiments/diagnose.hpp"
+#include "experiments/plan.hpp"
+
+namespace wheelhop {
+
+void add_diagnose(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "diagnose", "why a plant and its records disagree: which effect, how far", run, run_diagnose);
+  command.add_option("--plant", request.plant, "plant file with tolerances")->required();
+  command.add_option("--records", request.records, "records.json: estimation (best with repeats) and validation")
+      ->required();
+  command.add_option("--out", request.out, "diagnosis to write; the corrected plant stands beside it")->required();
+  command.add_option("--report", request.report, "page with pictures to write (needs Node.js)");
+  add_quiet(command, request.quiet);
+  command.footer(
+      "Re-tunes the plant inside its tolerances, tries every effect of `wheelhop list` at every place where it makes\n"
+      "sense, and scores on the validation records. Repeats of one drive (repeat_of) give the noise floor.\n"
+      "Probabilities compare the effects that were fitted; they are not calibrated on known cases.\n"
+      "Example:\n  wheelhop diagnose --plant out/quarter_car/plant.json --records out/quarter_car/records.json "
+      "--out out/diagnosis.json --report out/diagnosis.html");
+}
+
+void add_plan(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "plan", "before a test: which effects its drive shows, which it confuses", run, run_plan);
+  command.add_option("--plant", request.plant, "plant file with tolerances")->required();
+  command.add_option("--records", request.records, "records.json of the planned drives; only the inputs are needed")
+      ->required();
+  command.add_option("--out", request.out, "plan to write as JSON");
+  add_quiet(command, request.quiet);
+  command.footer(
+      "Simulates every effect of `wheelhop list` at typical size and takes away what parameters could do inside their\n"
+      "tolerances. An effect shows if at least one noise level (RMS) is left of it; two effects whose remains have a\n"
+      "|cosine| above 0.85 cannot be told apart. Then the same for a menu: level, band, a slow triangle, ride height,\n"
+      "repeats, one more sensor. The noise is noise_std of the records, else 1 % of each simulated output.\n"
+      "Example:\n  wheelhop plan --plant experiments/configs/paper_plant.json --records out/rig/records.json");
+}
+
+}  // namespace wheelhop

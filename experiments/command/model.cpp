@@ -1,0 +1,58 @@
+// list, generate, identify, simulate: from pieces and records to a model and its free run.
+#include "experiments/command/command.hpp"
+#include "experiments/generate.hpp"
+#include "experiments/identify.hpp"
+#include "experiments/list.hpp"
+#include "experiments/simulate.hpp"
+
+namespace wheelhop {
+
+void add_list(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "list", "every piece, law and drive: source, options, defaults, units", run, run_list);
+  command.add_flag("--json", request.json, "as JSON");
+  command.footer("Example:\n  wheelhop list --json");
+}
+
+void add_generate(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "generate", "simulate a data set: records, plant, provenance", run, run_generate);
+  command.add_option("CONFIG", request.config, "plant, drives and records as JSON")->required();
+  command.add_option("--out", request.out, "folder to write")->required();
+  add_quiet(command, request.quiet);
+  command.footer("Example:\n  wheelhop generate experiments/configs/generate_quarter_car.json --out out/quarter_car");
+}
+
+void add_identify(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "identify", "a nonlinear state-space model of a record, with its scores", run, run_identify);
+  command.add_option("CONFIG", request.config, "channels, pieces and options as JSON")->required();
+  command.add_option("--records", request.records, "records.json with an estimation record")->required();
+  command.add_option("--out", request.out, "model file to write")->required();
+  add_quiet(command, request.quiet);
+  command.footer(
+      "CONFIG names the channels, everything else has a default (see wheelhop list):\n"
+      "  {\"inputs\": [{\"name\": \"road\", \"unit\": \"m\"}],\n"
+      "   \"outputs\": [{\"name\": \"travel\", \"unit\": \"m\"}, {\"name\": \"body_acc\", \"unit\": \"m/s^2\"}],\n"
+      "   \"nonlinearity\": {\"name\": \"mlp\", \"hidden_units\": 5}, \"pipeline\": {\"passes\": 3}}\n"
+      "or takes them from a plant: {\"plant\": \"plant.json\"}.\n"
+      "Example:\n  wheelhop identify experiments/configs/identify_quarter_car.json --records "
+      "out/quarter_car/records.json --out out/model.json");
+}
+
+void add_simulate(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "simulate", "free run of a model or plant on the inputs of records", run, run_simulate);
+  command.add_option("SYSTEM", request.system, "model file or plant file")->required();
+  command.add_option("--records", request.records, "records.json; only the inputs are needed")->required();
+  command.add_option("--out", request.out, "table to write: .csv, .csv.gz or .mat")->required();
+  command.add_option("--x0", request.x0, "initial state of a model; auto: estimate where outputs are there")
+      ->check(CLI::IsMember({"auto", "estimate", "zero"}))
+      ->capture_default_str();
+  add_quiet(command, request.quiet);
+  command.footer(
+      "Columns: record (number, only where there are several), t, the inputs, the simulated outputs.\n"
+      "Example:\n  wheelhop simulate out/model.json --records out/quarter_car/records.json --out out/simulated.csv");
+}
+
+}  // namespace wheelhop
