@@ -13,12 +13,13 @@
 
 namespace wheelhop {
 
-/// The records of a set, made ready.
+/// The records of a set, made ready: repeats merged, outputs to be divided by the noise floor of their mean.
 struct GapData {
-  std::vector<FitRecord> fitted, held_out;
-  bool apart = true;   ///< false: there is no validation record, and the fitted ones stand for it
-  Index block = 1;     ///< samples of the bootstrap
-  double samples = 0;  ///< values of all records that are scored, held-out ones once
+  std::vector<FitRecord> fitted;    ///< of the role "estimation"
+  std::vector<FitRecord> held_out;  ///< of the role "validation": effects are compared and scored on these as well
+  bool apart = true;                ///< false: there is no validation record, and the fitted ones stand for it
+  Index block = 1;                  ///< samples of a block of the bootstrap
+  double samples = 0;  ///< p N summed over all records, skipped samples left out: chi2 of a plant at the floor
 };
 
 /// UserError if a record is shorter than four blocks, or none has the role "estimation".
@@ -27,44 +28,53 @@ GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& flo
 /// A stage of the plant on the held-out records: as delivered, re-tuned, with the effect.
 struct GapStage {
   double misfit = 0;          ///< mean r^2, 1 at the floor; infinite where the plant does not follow the drive
-  std::vector<double> nrmse;  ///< a channel, RMS of the error over RMS of the record
-  Vector blocks;              ///< misfit a block of time, over all held-out records
+  std::vector<double> nrmse;  ///< p, RMS of the error over RMS of the record
+  Vector blocks;              ///< mean r^2 a block of time, over all held-out records; empty where a simulation failed
 };
 
+/// A plant with the effects that it may lack, its parameters t (in scales, from `start` on) the most probable ones:
+///   min over t and initial states of sum r^2 + sum (t_k / prior_std_k)^2,   r = (yhat - y) ./ noise floor,
+/// over the fitted records in free run; a tolerance of the plant file is a prior of standard deviation 1. Without such
+/// priors a plant bends around whatever it lacks: Brynjarsdottir & O'Hagan 2014, Inverse Problems 30, 114007.
 struct Hypothesis {
-  std::vector<EffectCandidate> effects;  ///< in the order in which they were added; their plants are those before
-  std::vector<FitParameter> parameters;  ///< tolerances first, then those of the effects
-  Plant start;                           ///< from which they count
+  std::vector<EffectCandidate> effects;  ///< in the order in which they were added; each one's plant has those before
+  std::vector<FitParameter> parameters;  ///< tolerances first, then those of the effects in their order
+  Plant start;                           ///< the plant with all effects at which every t is 0
   PlantFit fit;                          ///< of the fitted records
-  PlantFit held_out;                     ///< initial states alone, of the held-out records
-  GapStage stage;
-  double chi2 = 0;          ///< sum of r^2 over all records and of the squared priors
-  double prior_chi2 = 0;    ///< of that, the squared priors: how far the parameters left their tolerances
-  double plausibility = 0;  ///< sum of log_plausibility
+  PlantFit held_out;                     ///< of the held-out records, by their initial states alone
+  GapStage stage;                        ///< what `held_out` leaves
+  double chi2 = 0;  ///< sum r^2 over the fitted and, if they are apart, the held-out records, + sum (t / prior_std)^2
+  double prior_chi2 = 0;    ///< of that, the last sum: how far the parameters left their tolerances
+  double plausibility = 0;  ///< log_plausibility summed over the effects, <= 0
 };
 
-/// "effect@location" of the last effect.
+/// "effect@location", as effects are named in files and to users.
 std::string name_of(const EffectCandidate& effect);
 
+/// Every effect at every place of a plant, in all its forms, to start at sizes that suit the operation. Anything may
+/// stand behind it: the whole catalogue, or one with families left out to see whether a diagnosis then says "none".
 using CandidateList = std::function<std::vector<EffectCandidate>(const Plant&, const Operation&)>;
 
+/// The solvers of least squares, by how much a fit is worth. Simulations are nearly all of the cost, and a Jacobian by
+/// differences takes one of every fitted record for each parameter.
 struct GapSolvers {
   const Solver& quick;     ///< for many fits of which most are dropped
   const Solver& thorough;  ///< for those that stay
   const Solver& patient;   ///< for all parameters at once, far from where they count
 };
 
-/// Everything that fitting a hypothesis reads.
+/// Everything that fitting a hypothesis reads; kept by reference, it outlives the study.
 struct Study {
-  const Plant& nominal;
+  const Plant& nominal;  ///< as delivered
   const GapData& data;
   const GapSolvers& solvers;
   const CandidateList& candidates;
-  std::vector<FitParameter> tolerances;
-  Index iterations = 12;
+  std::vector<FitParameter> tolerances;  ///< tolerance_parameters(nominal)
+  Index iterations = 12;                 ///< cap of a thorough fit; a quick one gets fewer, a patient one more
 };
 
 /// The plant itself with some parameters free. Linearised. `fit.error` is empty where a simulation failed.
+/// Cost: up to four times the study's iterations, each one simulation of every fitted record for every parameter.
 Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<FitParameter> parameters);
 
 /// The plant of a hypothesis, from its solution on, with other priors. Not linearised.
@@ -74,7 +84,7 @@ Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitP
 /// @param base with one effect at most, linearised
 Hypothesis fit_at(const Study& study, const Hypothesis& base, const Plant& values);
 
-/// Adds one effect to a hypothesis in all ways that the fast screen finds worth a fit.
+/// What of the fast screen is worth a fit.
 struct ExtendOptions {
   Index shortlist = 10;      ///< fits at most, the best of the screen first
   Index forms = 3;           ///< of one effect at one place
@@ -83,9 +93,12 @@ struct ExtendOptions {
   Index polished = 4;        ///< of the quick fits, the best that are fitted on to the end
   std::string without = {};  ///< "effect@location" that is not tried
 };
-/// @param base linearised   @return by chi2, ascending. Not linearised. Fits run side by side; the result does not
-/// depend on how many.
-/// @param changes of earlier screens of these records; added to
+
+/// Adds one effect to a hypothesis in all ways that the fast screen finds worth a fit: a quick one each, the best of
+/// them fitted on by the thorough solver.
+/// @param base linearised   @param changes of earlier screens of these records; added to
+/// @return by chi2, ascending. Not linearised. Fits run side by side; the result does not depend on how many.
+/// Cost: a simulation of every fitted record a candidate, and `shortlist` quick fits and `polished` thorough ones.
 std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
                                Changes& changes);
 
