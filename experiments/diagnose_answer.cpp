@@ -128,8 +128,8 @@ void print_examination(const Examination& examination) {
                100 * region.time_share, region.variable, region.from, region.to);
   print_kind(stage);
   if (const UnknownSignal& unknown = examination.unknown; unknown.status == Status::ok)
-    fmt::print("  the unknown signal at {}: {:.3g} {} RMS, about {:.2g} of it noise\n", unknown.location, unknown.rms,
-               unknown.unit, unknown.noise_rms);
+    fmt::print("  the unknown signal at {}: {:.3g} {} RMS, about {:.2g} {} of it noise\n", unknown.location,
+               unknown.rms, unknown.unit, unknown.noise_rms, unknown.unit);
   const BeyondEnvelope& beyond = examination.beyond;
   if (examination.beyond_known && beyond.time_share > 0)
     fmt::print(

@@ -61,8 +61,9 @@ void print_identification(const IdentifyConfig& config, const PipelineResult& re
                  fmt::format("{:.4g} {}", score.rmse(i), channel.unit), score.nrmse(i));
     }
     for (const Excess& excess : score.beyond)
-      fmt::print("{:<{}} leaves the training range: {} by {:.3g} {} ({:.1f} % of it), {} samples\n", "", width,
-                 excess.channel, excess.distance, excess.unit, 100 * excess.share, excess.samples);
+      fmt::print("{:<{}} leaves the training range: {} by {:.3g}{}{} ({:.1f} % of it), {} samples\n", "", width,
+                 excess.channel, excess.distance, excess.unit.empty() ? "" : " ", excess.unit, 100 * excess.share,
+                 excess.samples);
   }
   if (model.status != Status::ok) fmt::print("\n{}: {}\n", to_string(model.status), model.message);
 }

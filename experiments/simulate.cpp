@@ -54,9 +54,9 @@ Run run_model(const ModelFile& model, const Record& record, bool estimate, bool 
             {}};
   if (!quiet)
     for (const Excess& excess : beyond_envelope(model, signal.u, run.y, run.f))
-      std::fprintf(stderr, "%s: %s leaves the training range by %.3g %s (%.1f %% of it) in %td of %td samples\n",
-                   record.file.c_str(), excess.channel.c_str(), excess.distance, excess.unit.c_str(),
-                   100 * excess.share, excess.samples, signal.samples());
+      std::fprintf(stderr, "%s: %s leaves the training range by %.3g%s%s (%.1f %% of it) in %td of %td samples\n",
+                   record.file.c_str(), excess.channel.c_str(), excess.distance, excess.unit.empty() ? "" : " ",
+                   excess.unit.c_str(), 100 * excess.share, excess.samples, signal.samples());
   return {Status::ok, "", run.y};
 }
 

@@ -8,10 +8,12 @@ const percent = (share) => (Number.isFinite(share) ? `${(100 * share).toFixed(sh
 const short = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(3))).replace('-', '\u2212') : '\u2013');
 
 function table(caption, head, rows) {
-  const cell = (value, i) => (i === 0 ? `<th scope="row">${value}</th>` : `<td${/^[\u2212\d\u2013]/.test(value) ? ' class="num"' : ''}>${value}</td>`);
+  const isNumber = (value) => /^[\u2212\d\u2013]/.test(value);
+  const cell = (value, i) => (i === 0 ? `<th scope="row">${value}</th>` : `<td${isNumber(value) ? ' class="num"' : ''}>${value}</td>`);
+  const over = (i) => (i > 0 && rows.every((row) => isNumber(row[i])) ? ' class="num"' : '');
   return `<div class="scroll" role="region" aria-label="${escape(caption)}" tabindex="0"><table>
 <caption>${escape(caption)}</caption>
-<thead><tr>${head.map((name) => `<th scope="col">${escape(name)}</th>`).join('')}</tr></thead>
+<thead><tr>${head.map((name, i) => `<th scope="col"${over(i)}>${escape(name)}</th>`).join('')}</tr></thead>
 <tbody>
 ${rows.map((row) => `<tr>${row.map(cell).join('')}</tr>`).join('\n')}
 </tbody></table></div>`;
@@ -74,7 +76,7 @@ function kind({ where, how_far }, stage) {
 
 function retuning({ retuning: list }) {
   if (!list?.length) return '';
-  const rows = list.map(({ name, tolerances_off, std }) => [escape(name), short(Number(tolerances_off.toFixed(2))), `\u00b1 ${short(Number(std.toFixed(2)))}`]);
+  const rows = list.map(({ name, tolerances_off, std }) => [escape(name), short(Number(tolerances_off.toFixed(2))), `${short(Number(std.toFixed(2)))}`]);
   return `<details><summary>Parameters after re-tuning</summary>${table('In tolerances off the plant as delivered.', ['Parameter', 'Off', 'Standard deviation'], rows)}</details>`;
 }
 
@@ -83,9 +85,11 @@ function checks(diagnosis) {
   if (!Array.isArray(list) || list.length === 0) return '';
   const items = list.map((check) => {
     if (check === null || typeof check !== 'object') return `<dt>Check</dt><dd>${escape(check)}</dd>`;
-    const { check: id, name = id, ...rest } = check;
-    const text = Object.entries(rest).map(([key, value]) => `${nameText(key)}: ${typeof value === 'number' ? short(value) : typeof value === 'object' ? JSON.stringify(value) : value}`);
-    return `<dt>${escape(nameText(String(name ?? 'check')))}</dt><dd>${escape(text.join('; '))}</dd>`;
+    const { check: id, name = id, passed, detail, ...rest } = check;
+    const outcome = passed === undefined ? '' : passed ? 'Passed' : 'Not passed';
+    const more = Object.entries(rest).map(([key, value]) => `${nameText(key)}: ${typeof value === 'number' ? short(value) : typeof value === 'object' ? JSON.stringify(value) : value}`);
+    const text = [...(detail === undefined ? [] : [detail]), ...more].join('; ');
+    return `<dt>${escape(nameText(String(name ?? 'check')))}</dt><dd>${escape([outcome, text].filter(Boolean).join(': '))}</dd>`;
   });
   return `<h2>Checks</h2>\n<dl>${items.join('\n')}</dl>`;
 }

@@ -132,9 +132,9 @@ function time(diagnosis) {
       {
         mark: { type: 'rule', strokeWidth: 3 },
         encoding: {
-          x: { field: 'from_s', type: 'quantitative', scale: { nice: false, zero: false }, axis: { title: 'Time (s)', grid: false } },
+          x: { field: 'from_s', type: 'quantitative', scale: { nice: false, zero: false }, axis: { title: 'Time (s)', grid: false, tickCount: 10, labelFlush: false } },
           x2: { field: 'to_s' },
-          y: { field: 'share', type: 'quantitative', scale: { zero: true }, axis: { title: several ? 'Share (%)' : SHARE, tickCount: 4 } },
+          y: { field: 'share', type: 'quantitative', scale: { zero: true, nice: 4 }, axis: { title: several ? 'Share (%)' : SHARE, tickCount: 4 } },
           color: stageColour(stages, first ? { symbolType: 'stroke', symbolSize: 700 } : null),
         },
       },
@@ -234,7 +234,7 @@ export function diagnosisFigures(diagnosis, figures) {
       `The gap ${figures.regions_of === 'retuned' ? 'that re-tuning leaves' : 'as delivered'} over the two motions that it follows most: its share in each bin over the share of the time (dashed: 1, where it does not depend on the motion).`, regions(figures));
   const { unknown_signal: unknown } = figures;
   if (unknown?.axes.length > 0) {
-    const size = `${short(unknown.rms)} ${unitText(unknown.unit)} RMS, about ${short(unknown.noise_rms)} of it noise`;
+    const size = `${short(unknown.rms)} ${unitText(unknown.unit)} RMS, about ${short(unknown.noise_rms)} ${unitText(unknown.unit)} of it noise`;
     const meaning = !unknown.location.startsWith('sensor:')
       ? `What would have to act there to make up for what the plant lacks: ${size}, up to ${short(unknown.band_hz)} Hz. It has the sign of a law: a missing damper rises with the velocity.`
       : `What the channel reads less what the plant simulates: ${size}.`;

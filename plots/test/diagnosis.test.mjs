@@ -78,10 +78,11 @@ test('what the records do not tell is left out: no repeats, no place, no effect,
 });
 
 test('checks are shown whatever they hold', () => {
-  const diagnosis = changed(diagnosisData(), (d) => (d.checks = [{ name: 'parameter_homing', passed: true, chi2: 3.25 }]));
+  const diagnosis = changed(diagnosisData(), (d) => (d.checks = [{ name: 'parameter_homing', passed: true, chi2: 3.25 }, { name: 'nothing of note is left', passed: false, detail: 'misfit 1.5' }]));
   on(diagnosisFolder(diagnosis), (directory) => {
     assert.equal(render(directory).status, 0);
-    assert.match(page(directory), /Parameter homing<\/dt><dd>Passed: true; Chi2: 3.25/);
+    assert.match(page(directory), /Parameter homing<\/dt><dd>Passed: Chi2: 3.25</);
+    assert.match(page(directory), /Nothing of note is left<\/dt><dd>Not passed: misfit 1.5</);
   });
 });
 
