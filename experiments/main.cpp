@@ -15,12 +15,13 @@ namespace {
 
 using namespace wheelhop;
 
-/// CLI11 would call an unknown command an extra argument.
+/// CLI11 would call an unknown command an extra argument, or say that there is none.
 void require_known_command(const CLI::App& app, int count, char** words) {
-  if (count < 2 || words[1][0] == '-') return;
+  if (count < 2) return;
+  const std::string word = words[1];
+  if (word == "-h" || word == "--help" || word == "--help-all") return;
   std::vector<std::string> known;
   for (const CLI::App* command : app.get_subcommands({})) known.push_back(command->get_name());
-  const std::string word = words[1];
   if (std::find(known.begin(), known.end(), word) != known.end()) {
     const CLI::App& command = *app.get_subcommand(word);
     if (!command.get_subcommands({}).empty()) require_known_command(command, count - 1, words + 1);
@@ -31,11 +32,26 @@ void require_known_command(const CLI::App& app, int count, char** words) {
                   (nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?"));
 }
 
+/// "wheelhop blind make", as far as the words were understood.
+std::string understood(const CLI::App& app) {
+  const std::vector<CLI::App*> parsed = app.get_subcommands();
+  return app.get_name() + (parsed.empty() ? "" : " " + understood(*parsed.front()));
+}
+
 int run_program(int count, char** words) {
-  CLI::App app("wheelhop: identification of nonlinear vibration dynamics", "wheelhop");
+  CLI::App app(
+      "wheelhop: identification of nonlinear vibration dynamics from records, and why a simulation and its test rig\n"
+      "disagree",
+      "wheelhop");
   app.require_subcommand(1);
   app.set_help_all_flag("--help-all", "help of every command");
-  app.footer("wheelhop COMMAND --help tells more, with an example.");
+  app.footer(
+      "wheelhop COMMAND --help tells more, with an example. A first walk:\n"
+      "  wheelhop generate experiments/configs/generate_rig.json --out out/rig\n"
+      "  wheelhop diagnose --plant experiments/configs/paper_plant.json --records out/rig/records.json --out "
+      "out/rig.json\n"
+      "Exit status: 0 done; 1 finished, but a numerical outcome is not ok; 2 wrong use, with one message that says "
+      "where.");
   Run run;
   add_list(app, run);
   add_generate(app, run);
@@ -56,7 +72,7 @@ int run_program(int count, char** words) {
   } catch (const CLI::Success& help) {  // --help
     return app.exit(help);
   } catch (const CLI::ParseError& error) {
-    throw UserError(std::string(words[1]) + ": " + error.what() + " (wheelhop " + words[1] + " --help)");
+    throw UserError(std::string(error.what()) + " (" + understood(app) + " --help)");
   }
   return run();
 }

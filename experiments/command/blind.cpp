@@ -21,7 +21,7 @@ void add_blind_make(CLI::App& app, Run& run) {
   command.footer(
       "The true systems are simulated by a rig of their own, with effects in forms that differ from the catalogue's.\n"
       "manifest.json holds the SHA-256 of the key: publish it before anyone diagnoses.\n"
-      "Example:\n  wheelhop blind make experiments/configs/blind_smoke.json --out out/blind/cases --key out/blind/key");
+      "Example:\n  wheelhop blind make experiments/configs/blind_smoke.json --out out/cases --key out/key");
 }
 
 void add_blind_run(CLI::App& app, Run& run) {
@@ -37,7 +37,9 @@ void add_blind_run(CLI::App& app, Run& run) {
       ->check(CLI::Range(1, 4096))
       ->capture_default_str();
   add_quiet(command, request.quiet);
-  command.footer("Example:\n  wheelhop blind run out/cases --out out/answers");
+  command.footer(
+      "A run that was stopped goes on where it was. A case that cannot be diagnosed gets an answer with `error`.\n"
+      "Example:\n  wheelhop blind run out/cases --out out/answers");
 }
 
 void add_blind_score(CLI::App& app, Run& run) {
@@ -58,6 +60,7 @@ void add_blind_score(CLI::App& app, Run& run) {
 void add_blind(CLI::App& app, Run& run) {
   CLI::App& group = *app.add_subcommand("blind", "a test with withheld effects: how good is the diagnosis?");
   group.require_subcommand(1);
+  group.footer("First make, then run, then score; wheelhop blind make --help tells more, with an example.");
   add_blind_make(group, run);
   add_blind_run(group, run);
   add_blind_score(group, run);

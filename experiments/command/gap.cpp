@@ -17,9 +17,11 @@ void add_diagnose(CLI::App& app, Run& run) {
   command.footer(
       "Re-tunes the plant inside its tolerances, tries every effect of `wheelhop list` at every place where it makes\n"
       "sense, and scores on the validation records. Repeats of one drive (repeat_of) give the noise floor.\n"
-      "Probabilities compare the effects that were fitted; they are not calibrated on known cases.\n"
-      "Example:\n  wheelhop diagnose --plant out/quarter_car/plant.json --records out/quarter_car/records.json "
-      "--out out/diagnosis.json --report out/diagnosis.html");
+      "A plant file gives a mass or law its tolerance, the relative standard deviation within which its values are\n"
+      "known (absent: 0.05). Probabilities compare the effects that were fitted; how well they come true was seen on\n"
+      "generated cases only (wheelhop blind --help).\n"
+      "Example:\n  wheelhop diagnose --plant experiments/configs/paper_plant.json --records out/rig/records.json "
+      "--out out/rig.json --report out/rig.html");
 }
 
 void add_plan(CLI::App& app, Run& run) {

@@ -9,7 +9,7 @@ namespace wheelhop {
 
 void add_list(CLI::App& app, Run& run) {
   auto [command, request] =
-      add_command(app, "list", "every piece, law and drive: source, options, defaults, units", run, run_list);
+      add_command(app, "list", "every piece, effect, law and drive: source, options, defaults, units", run, run_list);
   command.add_flag("--json", request.json, "as JSON");
   command.footer("Example:\n  wheelhop list --json");
 }
@@ -20,7 +20,13 @@ void add_generate(CLI::App& app, Run& run) {
   command.add_option("CONFIG", request.config, "plant, drives and records as JSON")->required();
   command.add_option("--out", request.out, "folder to write")->required();
   add_quiet(command, request.quiet);
-  command.footer("Example:\n  wheelhop generate experiments/configs/generate_quarter_car.json --out out/quarter_car");
+  command.footer(
+      "CONFIG names a plant file, a rate, and a drive for each record (see wheelhop list):\n"
+      "  {\"plant\": \"plant.json\", \"sampling_hz\": 200, \"noise_snr_db\": 40, \"records\": [\n"
+      "    {\"role\": \"estimation\", \"duration_s\": 60, \"repeats\": 2, \"drive\": {\"name\": \"multisine\", "
+      "\"rms\": 0.008}},\n"
+      "    {\"role\": \"validation\", \"duration_s\": 60, \"drive\": {\"name\": \"iso8608\"}}]}\n"
+      "Example:\n  wheelhop generate experiments/configs/generate_quarter_car.json --out out/quarter_car");
 }
 
 void add_identify(CLI::App& app, Run& run) {

@@ -33,7 +33,7 @@ void add_report(CLI::App& app, Run& run) {
   command.add_option("RESULT", request.result, "folder of a reproduction, or a diagnosis file")->required();
   command.add_option("--out", request.page,
                      "page to write (default: report.html in the folder, the diagnosis file's name with .html)");
-  command.footer("Example:\n  wheelhop report out/reproduce\n  wheelhop report out/diagnosis.json");
+  command.footer("Example:\n  wheelhop report out/reproduce\n  wheelhop report out/rig.json");
 }
 
 }  // namespace wheelhop
