@@ -39,10 +39,8 @@ std::string understood(const CLI::App& app) {
 }
 
 int run_program(int count, char** words) {
-  CLI::App app(
-      "wheelhop: identification of nonlinear vibration dynamics from records, and why a simulation and its test rig\n"
-      "disagree",
-      "wheelhop");
+  CLI::App app("wheelhop: vibration dynamics identified from records, and why a simulation and its rig disagree",
+               "wheelhop");
   app.require_subcommand(1);
   app.set_help_all_flag("--help-all", "help of every command");
   app.footer(
