@@ -7,6 +7,7 @@
 
 #include "core/data/metrics.hpp"
 #include "core/identify/free_run_problem.hpp"
+#include "variants/nonlinearity/ridge_polynomial.hpp"
 
 namespace wheelhop {
 namespace {
@@ -23,7 +24,12 @@ Made<Piece> read_piece(const JsonCursor& config, const char* family, const std::
 
 }  // namespace
 
-Pieces PieceSet::borrowed() const { return {*subspace.piece, *inversion.piece, nonlinearity.piece, *solver.piece}; }
+Pieces PieceSet::borrowed() const {
+  const auto make_ridge = [](Index inputs, Index degree, bool odd) {
+    return make_ridge_polynomial(inputs, 1, {.degree = degree, .odd = odd});
+  };
+  return {*subspace.piece, *inversion.piece, nonlinearity.piece, *solver.piece, make_ridge};
+}
 
 Json PieceSet::config() const {
   return {{"subspace", subspace.config},

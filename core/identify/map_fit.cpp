@@ -153,6 +153,17 @@ std::unique_ptr<ResidualProblem> map_problem(const StaticMap& prototype, ConstMa
   return std::make_unique<MapProblem>(prototype, xi, f);
 }
 
+MapFit fit_weights(const StaticMap& map, ConstMatrixRef xi, ConstMatrixRef f) {
+  MapFit fit;
+  fit.map = map.clone();
+  fit.residual = MapProblem(map, xi, f).weights(map.alpha, *fit.map, fit.linear);
+  if (std::isfinite(fit.residual))
+    fit.status = Status::ok;
+  else
+    fit.message = "the weights of the static map are not finite";
+  return fit;
+}
+
 MapFit fit_static_map(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f, const MapFitOptions& options,
                       const Solver& solver, Random& random) {
   MapFit best;

@@ -32,6 +32,9 @@ struct MapFit {
 MapFit fit_static_map(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f, const MapFitOptions& options,
                       const Solver& solver, Random& random);
 
+/// The same with alpha as it stands in `map`: W, b and the linear part alone, on every sample.
+MapFit fit_weights(const StaticMap& map, ConstMatrixRef xi, ConstMatrixRef f);
+
 /// The reduced problem in alpha (residual after projecting out the linear weights), exposed for its gradient's test.
 std::unique_ptr<ResidualProblem> map_problem(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f);
 

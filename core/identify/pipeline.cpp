@@ -256,7 +256,9 @@ void refine_in_rounds(const Run& run, Index skip, PipelineResult& result) {
     short_refinement(pass.model, pass.x0);
     idle = best < 0.995 * before ? 0 : idle + 1;
   }
-  const Refinement last = refined_from(result.model, result.x0, run.options.refine_iterations);
+  const auto ridge = fit_ridge(result.model, result.x0, run.u, run.y, weight_std, skip, run.pieces.solver,
+                               run.options.refine_iterations, run.pieces.make_ridge, run.options.ridge_degree);
+  const Refinement last = ridge ? *ridge : refined_from(result.model, result.x0, run.options.refine_iterations);
   result.refinement.solution = last.solution;
   if (usable(last.solution)) keep(last);
 }

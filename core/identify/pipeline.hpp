@@ -12,6 +12,7 @@
 #include "core/identify/direction.hpp"
 #include "core/identify/map_fit.hpp"
 #include "core/identify/pieces.hpp"
+#include "core/identify/ridge.hpp"
 #include "core/model/nonlinear.hpp"
 
 namespace wheelhop {
@@ -27,6 +28,7 @@ struct PipelineOptions {
   Index refine_rounds = 4;
   Index round_iterations = 8;
   Index refine_iterations = 100;
+  Index ridge_degree = 11;
   template <class V>
   void fields(V&& visit) {
     visit("order", order, Range{0, 100}, "-", "n; 0: read from the singular values");
@@ -43,6 +45,9 @@ struct PipelineOptions {
           "times at most the map is fitted anew from the refined linear part, against its local minima");
     visit("round_iterations", round_iterations, Range{1, 1000}, "-", "joint refinement before each of these rounds");
     visit("refine_iterations", refine_iterations, Range{0, 10000}, "-", "cap on the joint refinement; 0: none");
+    visit("ridge_degree", ridge_degree, Range{0, 30}, "-",
+          "highest power of a polynomial of one direction that may take the map's place in the refinement; below 3: "
+          "none");
   }
 };
 
@@ -52,6 +57,7 @@ struct Pieces {
   const InputReconstructor& inversion;
   std::function<std::unique_ptr<StaticMap>(Index inputs, Index outputs)> make_map;
   const Solver& solver;
+  RidgeFactory make_ridge;  ///< empty: the refinement keeps the map it began with
 };
 
 /// RMS of every channel on the training record; signals are divided by it.
@@ -72,7 +78,8 @@ struct Pass {
   double score = 0;     ///< mean of training_vaf, -infinity if the free run diverged
 };
 
-/// The joint refinement: `rounds` short ones from maps fitted anew, then a long one from the best of them.
+/// The joint refinement: `rounds` short ones from maps fitted anew, then a long one from the best of them, or the
+/// polynomial of one direction that beats it.
 struct Refinements {
   std::vector<double> round_costs;  ///< 1/2 ||r||^2 after each short one; infinity where it failed
   Solution solution;                ///< of the last one; iterations 0 if no refinement was asked for

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "variants/nonlinearity/mlp.hpp"
+#include "variants/nonlinearity/ridge_polynomial.hpp"
 #include "variants/table.hpp"
 
 namespace wheelhop {
@@ -31,7 +32,10 @@ const std::vector<Entry<MapFactory>>& nonlinearity_table() {
   static const std::vector<Entry<MapFactory>> table = {
       table_entry<MapFactory, MlpOptions, factory<MlpOptions, make_mlp>>(
           "mlp", "feed-forward sigmoidal network of Sec. 2.6; Sjoberg & Viberg 1997",
-          "one hidden layer of tanh units, linear output")};
+          "one hidden layer of tanh units, linear output"),
+      table_entry<MapFactory, RidgePolynomialOptions, factory<RidgePolynomialOptions, make_ridge_polynomial>>(
+          "ridge_polynomial", "ridge function of projection pursuit: Friedman & Stuetzle 1981",
+          "polynomial of one direction; the refinement tries it in place of any other map")};
   return table;
 }
 

@@ -1,0 +1,156 @@
+#include "core/identify/ridge.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <limits>
+
+#include "core/identify/map_fit.hpp"
+
+namespace wheelhop {
+namespace {
+
+/// Least share of the gradient's variance: half, for one spare unit on a few noisy samples takes a tenth and more of
+/// it.
+constexpr double kOneDirection = 0.5;
+/// chi2 a parameter has to bring: the 99 % point with one degree of freedom. An extrapolating power is worth more
+/// caution than Akaike's 2; the log N of Schwarz (10 for a minute's record) leaves out powers that are there.
+constexpr double kChi2 = 6.63;
+
+using Maybe = std::optional<Refinement>;
+
+class RidgeSearch {
+ public:
+  RidgeSearch(ConstMatrixRef u, ConstMatrixRef y, ConstVectorRef weight_std, Index skip, const Solver& solver,
+              Index iterations, const RidgeFactory& make_ridge)
+      : u_(u),
+        y_(y),
+        weight_std_(weight_std),
+        skip_(skip),
+        solver_(solver),
+        iterations_(iterations),
+        make_ridge_(make_ridge) {}
+
+  /// N log(cost) + kChi2 parameters: twice the negative log likelihood with the noise's variance profiled out.
+  double criterion(const NonlinearModel& model, double cost) const {
+    return samples() * std::log(cost / samples()) + kChi2 * static_cast<double>(model.map->parameters());
+  }
+  double criterion(const Maybe& candidate) const {
+    return candidate ? criterion(candidate->model, candidate->solution.cost) : std::numeric_limits<double>::infinity();
+  }
+
+  Matrix points(const NonlinearModel& model, const FreeRun& run) const {
+    Matrix xi(model.order() + u_.rows(), u_.cols());
+    xi << run.x.leftCols(u_.cols()), u_;
+    return xi;
+  }
+
+  /// The polynomial along t nearest to the model's f, refined.
+  Maybe refined(const NonlinearModel& model, ConstVectorRef x0, ConstVectorRef t, Index degree, bool odd) const {
+    const FreeRun run = free_run(model, u_, x0);
+    if (run.status != Status::ok) return {};
+    const Matrix xi = points(model, run);
+    const std::unique_ptr<StaticMap> map = make_ridge_(xi.rows(), degree, odd);
+    map->alpha = t;
+    const MapFit fit = fit_weights(*map, xi, run.f);
+    if (fit.status != Status::ok) return {};
+    NonlinearModel start = model;
+    start.map = fit.map;
+    fold_linear_part(start, fit.linear);
+    Refinement result = refine(start, x0, u_, y_, weight_std_, skip_, solver_, iterations_);
+    const Status status = result.solution.status;
+    if ((status != Status::ok && status != Status::iteration_limit) || !(result.solution.cost > 0)) return {};
+    return result;
+  }
+
+  /// How many features, from the first, the record calls for: by the Wald statistic of the rest.
+  Index needed(const Refinement& candidate) const {
+    const NonlinearModel& model = candidate.model;
+    const ParameterLayout at = layout_of(model);
+    const Index h = model.map->features(), first = at.theta() + model.map->inner_parameters();
+    double cost = 0;
+    Vector gradient;
+    Matrix H;
+    if (!free_run_problem(model, u_, y_, weight_std_, skip_)
+             ->normal_equations(candidate.solution.theta, cost, gradient, H))
+      return h;
+    const Vector scale = H.diagonal().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
+    const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * H * scale.asDiagonal());
+    // What no record determines (coordinates of the states, length of alpha) is held: a pseudo-inverse.
+    const double least = 1e-11 * eigen.values.maxCoeff();
+    const Vector inverse = eigen.values.unaryExpr([&](double value) { return value > least ? 1 / value : 0.0; });
+    const Matrix own = (scale.asDiagonal() * eigen.vectors).middleRows(first, h);
+    const Matrix covariance = (2 * cost / samples()) * own * inverse.asDiagonal() * own.transpose();
+    const Vector W = model.map->W.row(0);
+    Index best = h;
+    double least_total = kChi2 * static_cast<double>(h);
+    for (Index kept = h - 1; kept >= 1; --kept) {
+      const Vector rest = W.tail(h - kept);
+      const double wald = rest.dot(covariance.bottomRightCorner(h - kept, h - kept).ldlt().solve(rest));
+      const double total = wald + kChi2 * static_cast<double>(kept);
+      if (!(total < least_total)) continue;
+      least_total = total;
+      best = kept;
+    }
+    return best;
+  }
+
+ private:
+  double samples() const { return static_cast<double>(y_.rows() * (y_.cols() - skip_)); }
+
+  ConstMatrixRef u_, y_;
+  ConstVectorRef weight_std_;
+  Index skip_;
+  const Solver& solver_;
+  Index iterations_;
+  const RidgeFactory& make_ridge_;
+};
+
+}  // namespace
+
+ActiveDirection active_direction(const StaticMap& map, ConstMatrixRef xi) {
+  const Index d = xi.rows();
+  Matrix gradients(d, xi.cols());
+  const Vector w = map.W.row(0);
+  Vector phi(map.features()), by_alpha(map.inner_parameters()), point(d);
+  for (Index k = 0; k < xi.cols(); ++k) {
+    point = xi.col(k);
+    map.basis(point.data(), phi.data());
+    map.slopes(point.data(), phi.data(), w.data(), gradients.col(k).data(), by_alpha.data());
+  }
+  gradients.colwise() -= gradients.rowwise().mean().eval();
+  const SymmetricEigen eigen = symmetric_eigen(gradients * gradients.transpose());
+  ActiveDirection found;
+  found.t = eigen.vectors.col(d - 1);
+  found.t /= std::max((xi.transpose() * found.t).cwiseAbs().maxCoeff(), 1e-300);
+  const double total = eigen.values.sum();
+  if (total > 0) found.share = eigen.values(d - 1) / total;
+  return found;
+}
+
+Maybe fit_ridge(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y,
+                ConstVectorRef weight_std, Index skip, const Solver& solver, Index iterations,
+                const RidgeFactory& make_ridge, Index degree) {
+  if (!make_ridge || degree < 3 || !model.map || model.auxiliary_count() != 1) return {};
+  const FreeRun run = free_run(model, u, x0);
+  if (run.status != Status::ok) return {};
+  const RidgeSearch search(u, y, weight_std, skip, solver, iterations, make_ridge);
+  const ActiveDirection active = active_direction(*model.map, search.points(model, run));
+  if (!(active.share > kOneDirection)) return {};
+  const Matrix error = weight_std.cwiseInverse().asDiagonal() * (run.y - y).rightCols(y.cols() - skip);
+  const double to_beat = search.criterion(model, 0.5 * error.squaredNorm());
+
+  Maybe best = search.refined(model, x0, active.t, degree, false);
+  if (!best) return {};
+  Maybe odd = search.refined(best->model, best->x0, best->model.map->alpha, degree, true);
+  const bool is_odd = search.criterion(odd) < search.criterion(best);
+  if (is_odd) best = std::move(odd);
+  if (const Index kept = search.needed(*best); kept < best->model.map->features()) {
+    Maybe fewer =
+        search.refined(best->model, best->x0, best->model.map->alpha, is_odd ? 2 * kept + 1 : kept + 1, is_odd);
+    if (search.criterion(fewer) < search.criterion(best)) best = std::move(fewer);
+  }
+  if (!(search.criterion(best) < to_beat)) return {};
+  return best;
+}
+
+}  // namespace wheelhop
