@@ -51,9 +51,13 @@ std::string answer(const Diagnosis& diagnosis) {
   }
   std::string names;
   for (const std::string& name : diagnosis.named) names += (names.empty() ? "" : " and ") + name;
-  std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) removes {} of what re-tuning leaves.", gap,
-                                 diagnosis.locations.front().location, diagnosis.locations.front().probability, names,
-                                 best().probability, percent(diagnosis.closure));
+  std::string shares;  // the closure's parts
+  for (Index i = 0; i < diagnosis.shares.size(); ++i)
+    shares += fmt::format("{} {:.0f} % by {}", i == 0 ? ":" : ",", 100 * diagnosis.shares(i),
+                          diagnosis.named[static_cast<std::size_t>(i)]);
+  std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) removes {} of what re-tuning leaves{}.",
+                                 gap, diagnosis.locations.front().location, diagnosis.locations.front().probability,
+                                 names, best().probability, percent(diagnosis.closure), shares);
   for (const std::string& other : diagnosis.ambiguous_with) text += " It could also be " + other + ".";
   if (!diagnosis.separating.test.empty())
     text += fmt::format(" {} would tell the first two apart.", diagnosis.separating.test);
@@ -90,6 +94,8 @@ void print(const Diagnosis& diagnosis) {
 
 namespace {
 
+    if (const double share = share_of(diagnosis, suspect); !std::isnan(share))
+      fmt::print("  share {:.0f} %", 100 * share);
 void print_kind(const StageExamination& stage) {
   if (stage.repeats.known)
     fmt::print("  {:.0f} % of a record's squared error comes again with the drive\n", 100 * stage.repeats.share);

@@ -1,6 +1,7 @@
 #include "experiments/diagnose_json.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "experiments/provenance.hpp"
 
@@ -183,7 +184,8 @@ Json separating_json(const SeparatingTest& separating) {
 Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,
                     const std::string& answer, const std::string& corrected) {
   Json effects = Json::array(), tolerances = Json::array();
-  for (const Suspect& suspect : diagnosis.suspects)
+  for (const Suspect& suspect : diagnosis.suspects) {
+    const double share = share_of(diagnosis, suspect);
     effects.push_back({{"effect", suspect.effect},
                        {"location", suspect.location},
                        {"form", suspect.form},
@@ -202,7 +204,9 @@ Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examin
           {"status", std::string(to_string(diagnosis.status))},
           {"message", diagnosis.message},
           {"where", where_json(plant, diagnosis, examination)},
+                       {"share", std::isnan(share) ? Json() : Json(share)},
           {"which",
+  }
            {{"effects", effects},
             {"named", diagnosis.named},
             {"outcome", to_string(diagnosis.outcome)},

@@ -27,13 +27,14 @@ const parameterText = ({ name, value, ci90 }) =>
 
 function effects({ which }) {
   if (!which.effects?.length) return '';
-  const rows = which.effects.map(({ effect, location, probability, misfit, closure, parameters }) => [
+  const shared = which.effects.some(({ share }) => Number.isFinite(share));
+  const rows = which.effects.map(({ effect, location, probability, misfit, closure, share, parameters }) => [
     `${escape(nameText(effect))} at ${escape(location)}`, probability.toFixed(2), short(misfit), percent(closure),
-    (parameters ?? []).map(parameterText).join('<br>'),
+    ...(shared ? [percent(share)] : []), (parameters ?? []).map(parameterText).join('<br>'),
   ]);
   return `<h2>Which effect</h2>\n${table(
-    'Every suspect that was fitted in full, best first. Misfit: mean squared error over the noise\u2019s on held-out records, 1 is the floor. 90 % intervals in brackets.',
-    ['Effect', 'Probability', 'Misfit', 'Removes', 'Parameters'], rows)}`;
+    `Every suspect that was fitted in full, best first. Misfit: mean squared error over the noise\u2019s on held-out records, 1 is the floor. 90 % intervals in brackets.${shared ? ' Share: what each effect named contributes to what all remove together (Shapley\u2019s value).' : ''}`,
+    ['Effect', 'Probability', 'Misfit', 'Removes', ...(shared ? ['Share'] : []), 'Parameters'], rows)}`;
 }
 
 function howFar({ how_far }) {

@@ -1,5 +1,8 @@
 #include "core/gap/diagnose.hpp"
 
+#include <algorithm>
+#include <limits>
+
 #include "core/gap/judge.hpp"
 
 namespace wheelhop {
@@ -15,6 +18,13 @@ std::string to_string(GapOutcome outcome) {
     case GapOutcome::ambiguous: return "ambiguous";
     default: return "insufficient";
   }
+}
+
+double share_of(const Diagnosis& diagnosis, const Suspect& suspect) {
+  const auto& named = diagnosis.named;
+  const auto found = std::find(named.begin(), named.end(), suspect.effect + "@" + suspect.location);
+  const Index i = found - named.begin();
+  return i < diagnosis.shares.size() ? diagnosis.shares(i) : std::numeric_limits<double>::quiet_NaN();
 }
 
 Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList& candidates, const GapSolvers& solvers,

@@ -74,6 +74,7 @@ struct Diagnosis {
   /// Where an unknown signal would enter the re-tuned plant, without the catalogue.
   std::vector<Place> places;
   std::vector<std::string> named;  ///< "effect@location", most sure first
+  Vector shares;                   ///< of the effects named in the closure, as effect_shares; empty unless several are
   std::vector<std::string> ambiguous_with;
   Closure closure;  ///< of what the answer removes
   double closure_of_retuning = 0;
@@ -82,6 +83,9 @@ struct Diagnosis {
   std::vector<Check> checks;
   SeparatingTest separating;  ///< of the answer and its nearest rival; `test` empty where there is none, or none helps
 };
+
+/// What a suspect contributes to the closure of the answer; NaN if it is not one of several that are named.
+double share_of(const Diagnosis& diagnosis, const Suspect& suspect);
 
 /// @param candidates every effect at every place of a plant
 /// @param step called with what is being done, for a progress line; may be empty

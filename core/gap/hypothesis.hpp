@@ -81,7 +81,7 @@ Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<Fi
 Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitParameter> parameters);
 
 /// The same hypothesis fitted again, from the values that its parameters have in another plant.
-/// @param base with one effect at most, linearised
+/// @param base its `fit` and `held_out` may be of its first parameters alone; `fit` linearised
 Hypothesis fit_at(const Study& study, const Hypothesis& base, const Plant& values);
 
 /// What of the fast screen is worth a fit.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "core/gap/shares.hpp"
+
 namespace wheelhop {
 namespace {
 
@@ -153,6 +155,7 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
                          leftover_ratio(diagnosis, answer.effects.back().location) >
                              (explained < kExplainsWell ? kElsewhere : kFarElsewhere);
   if (explained < kExplains || misplaced) name_unknown(c, diagnosis);
+  if (diagnosis.outcome == GapOutcome::several) diagnosis.shares = effect_shares(c.study, c.retuned, answer, singles);
 }
 
 }  // namespace wheelhop
