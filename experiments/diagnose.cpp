@@ -10,6 +10,7 @@
 #include "experiments/diagnose_json.hpp"
 #include "experiments/diagnose_report.hpp"
 #include "experiments/render.hpp"
+#include "variants/nonlinearity/mlp.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
 #include "variants/solver/secant_levenberg_marquardt.hpp"
 #include "variants/table.hpp"
@@ -94,11 +95,15 @@ int run_diagnose(const DiagnoseRequest& request) {
   step("where the gap lies");
   Random bootstrap(2, Stream::bootstrap);
   const auto solver = make_secant_levenberg_marquardt({.relative_decrease = 1e-4});
+  const std::unique_ptr<StaticMap> map = make_mlp(2, 1, {});
+  const auto map_solver = make_levenberg_marquardt({});
   const Examination examination =
       examine({plant, diagnosis.retuned_plant, diagnosis.plant}, set, diagnosis.floor, bare_plant(plant, diagnosis),
-              place_of_note(diagnosis), *solver, {}, bootstrap);
+              place_of_note(diagnosis), *solver,
+              {.ceiling = place_of_ceiling(diagnosis), .map = map.get(), .map_solver = map_solver.get()}, bootstrap);
   const std::filesystem::path corrected = write_diagnosis(plant, diagnosis, &examination, request.out);
   print(diagnosis);
+  print_ceiling(diagnosis, examination.ceiling);
   print_examination(examination);
   fmt::print("\nwritten: {}, {}\n", request.out.string(), corrected.string());
   if (!request.report.empty()) draw(plant, examination, request);

@@ -8,6 +8,8 @@
 namespace wheelhop {
 namespace {
 
+constexpr double kNextToNothing = 0.1;  // misfit - 1 after re-tuning, of which shares say nothing
+
 std::string percent(const Closure& closure) {
   return fmt::format("{:.0f} % [{:.0f}, {:.0f}]", 100 * closure.value, 100 * closure.low, 100 * closure.high);
 }
@@ -92,10 +94,10 @@ void print(const Diagnosis& diagnosis) {
     fmt::print("  {:<55} {:6.1f} +- {:.1f}\n", parameter.name, parameter.value, parameter.std);
 }
 
-namespace {
-
     if (const double share = share_of(diagnosis, suspect); !std::isnan(share))
       fmt::print("  share {:.0f} %", 100 * share);
+namespace {
+
 void print_kind(const StageExamination& stage) {
   if (stage.repeats.known)
     fmt::print("  {:.0f} % of a record's squared error comes again with the drive\n", 100 * stage.repeats.share);
@@ -107,6 +109,29 @@ void print_kind(const StageExamination& stage) {
     fmt::print("  by the lines of the drive: {:.0f} % linear{}, {:.0f} % odd, {:.0f} % even\n",
                100 * stage.lines.linear, stage.lines.odd_apart ? "" : " or odd", 100 * stage.lines.odd,
                100 * stage.lines.even);
+}
+
+void print_ceiling(const Diagnosis& diagnosis, const Ceiling& ceiling) {
+  if (ceiling.location.empty()) return;
+  const double whole = diagnosis.delivered.misfit - 1, left = diagnosis.retuned.misfit - 1;
+  fmt::print("\nhow far the gap shrinks, in per cent{:>43}{:>28}\n", "of it as delivered",
+             left > kNextToNothing ? "of what re-tuning leaves" : "");
+  const bool outside =
+      diagnosis.outcome == GapOutcome::located_not_in_catalogue || diagnosis.outcome == GapOutcome::exogenous;
+  const auto line = [&](const std::string& what, double remains) {
+    fmt::print("  {:<58}{:20.1f}", what, 100 * (1 - remains / whole));
+    fmt::print("{:>28}\n", left > kNextToNothing ? fmt::format("{:.1f}", 100 * (1 - remains / left)) : "");
+  };
+  line("re-tuning inside the tolerances alone", left);
+  if (diagnosis.corrected.blocks.size() > 0)
+    line(outside ? "with the best suspect" : "with the answer", diagnosis.corrected.misfit - 1);
+  if (!ceiling.why_not.empty()) {
+    fmt::print("  no ceiling of a static map: {}\n", ceiling.why_not);
+    return;
+  }
+  line(fmt::format("with a static map of travel and rate at {}, at best", ceiling.location),
+       left * (1 - ceiling.static_map));
+  line(fmt::format("with any signal at {}", ceiling.location), left * (1 - ceiling.signal));
 }
 
 }  // namespace

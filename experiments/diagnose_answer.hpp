@@ -14,6 +14,8 @@ std::string answer(const Diagnosis& diagnosis);
 
 /// The sentence, misfits of the stages and suspects, places, and parameters, on stdout.
 void print(const Diagnosis& diagnosis);
+/// What re-tuning removes, beside the answer, a static map and any signal at one place; nothing where there is no gap.
+void print_ceiling(const Diagnosis& diagnosis, const Ceiling& ceiling);
 /// Where the gap lies and of what kind it is.
 void print_examination(const Examination& examination);
 

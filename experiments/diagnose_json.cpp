@@ -158,6 +158,13 @@ Json how_far_json(const Plant& plant, const Diagnosis& diagnosis, const Examinat
                                  {"to_hz", delivered.profile.bands[b].to_hz},
                                  {"excess", per_stage([&](const GapProfile& p) { return p.bands[b].excess; })}});
   }
+  if (const Ceiling& ceiling = examination->ceiling; !ceiling.location.empty()) {
+    far["ceiling"] = {{"location", ceiling.location}};
+    if (ceiling.why_not.empty())
+      far["ceiling"].update({{"signal", ceiling.signal}, {"static_map", ceiling.static_map}});
+    else
+      far["ceiling"]["absent"] = ceiling.why_not;
+  }
   far["beyond_envelope"] = Json();
   if (!examination->beyond_known) return far;
   const BeyondEnvelope& beyond = examination->beyond;
@@ -197,16 +204,16 @@ Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examin
   for (const Check& check : diagnosis.checks)
     checks.push_back({{"check", check.name}, {"passed", check.passed}, {"detail", check.detail}});
   for (const FittedParameter& parameter : diagnosis.tolerances)
+                       {"share", std::isnan(share) ? Json() : Json(share)},
     tolerances.push_back({{"name", parameter.name}, {"tolerances_off", parameter.value}, {"std", parameter.std}});
+  }
   return {{"schema", "wheelhop.diagnosis/1"},
           {"verdict", verdict(diagnosis)},
           {"answer", answer},
           {"status", std::string(to_string(diagnosis.status))},
           {"message", diagnosis.message},
           {"where", where_json(plant, diagnosis, examination)},
-                       {"share", std::isnan(share) ? Json() : Json(share)},
           {"which",
-  }
            {{"effects", effects},
             {"named", diagnosis.named},
             {"outcome", to_string(diagnosis.outcome)},

@@ -171,10 +171,16 @@ std::string place_of_note(const Diagnosis& diagnosis) {
   if (!diagnosis.locations.empty())
     for (const Place& place : diagnosis.places) {
       const std::string& wanted = diagnosis.locations.front().location;
-      if (place.location == wanted || std::find(place.same.begin(), place.same.end(), wanted) != place.same.end())
-        return place.location;
+      for (const std::string& name : {wanted, "guide:" + wanted})  // a force on a mass
+        if (place.location == name || std::find(place.same.begin(), place.same.end(), name) != place.same.end())
+          return place.location;
     }
   return diagnosis.places.front().location;
+}
+
+std::string place_of_ceiling(const Diagnosis& diagnosis) {
+  const bool clock = !diagnosis.locations.empty() && diagnosis.locations.front().location == "timebase";
+  return clock && diagnosis.outcome != GapOutcome::none ? "timebase" : place_of_note(diagnosis);
 }
 
 Json diagnosis_figures_json(const Plant& plant, const Examination& examination) {

@@ -46,6 +46,22 @@ function howFar({ how_far }) {
     ['', ...Object.values(STAGES).map((stage) => stage.charAt(0).toUpperCase() + stage.slice(1)), 'Noise'], rows);
 }
 
+/** Re-tuning, answer, static map, any signal: how far each kind of answer goes. */
+function ceiling({ how_far, which }) {
+  const { ceiling: own, as_delivered, retuned, with_effect } = how_far;
+  if (!own) return '';
+  const whole = as_delivered.misfit - 1, left = retuned.misfit - 1, known = own.absent === undefined, more = left > 0.1;
+  const row = (what, remains) => [what, percent(1 - remains / whole), ...(more ? [percent(1 - remains / left)] : [])];
+  const rows = [row('Re-tuning inside the tolerances alone', left)];
+  const outside = which.named.some((name) => /^(unknown|exogenous_force)@/.test(name));
+  if (with_effect?.misfit > 0) rows.push(row(outside ? 'With the best suspect' : 'With the answer', with_effect.misfit - 1));
+  if (known)
+    rows.push(row(`With a static map of travel and rate at ${escape(own.location)}, at best`, left * (1 - own.static_map)), row(`With any signal at ${escape(own.location)}`, left * (1 - own.signal)));
+  return table(`How far the gap shrinks. ${known
+    ? 'A static map is what a neural network of the place\u2019s motion can be; what any signal removes beyond it has memory or comes from outside.'
+    : `There is no ceiling of a static map: ${own.absent}.`}`, ['', 'Of the gap as delivered', ...(more ? ['Of what re-tuning leaves'] : [])], rows);
+}
+
 function driftText(drift) {
   if (!drift.significant) return `No: the first third of the record and the last do not differ beyond chance (p ${short(drift.p)}).`;
   const what = drift.kind === 'size' ? 'its size' : `the ${drift.kind} of ${drift.channel}`;
@@ -130,6 +146,7 @@ ${checks(diagnosis)}
 <h2>Details</h2>
 ${retuning(diagnosis)}
 ${facts('Provenance', diagnosis.provenance)}
+${ceiling(diagnosis)}
 </main>
 </body>
 </html>

@@ -55,6 +55,12 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
       out.unknown_outputs = first.front().y + fit.error.front();
     }
   }
+  if (!options.ceiling.empty() && out.stages[1].ran) {
+    std::vector<Plant> missing = {bare};
+    if (to_json(bare) != to_json(plants[1])) missing.push_back(plants[1]);
+    out.ceiling = ceiling_at(missing, fitted.empty() ? out.records : fitted, out.records, options.ceiling,
+                             out.stages[1].fit, {*options.map, *options.map_solver, solver}, bands, random);
+  }
   if (!out.held_out || fitted.empty() || !out.stages[1].ran || !out.stages[2].ran) return out;
   const PlantFit training = fit_plant(plants[2], {}, fitted, solver, {options.iterations});
   if (training.error.size() != fitted.size()) return out;

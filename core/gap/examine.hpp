@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/gap/ceiling.hpp"
 #include "core/gap/envelope.hpp"
 #include "core/gap/locate.hpp"
 #include "core/gap/profile.hpp"
@@ -37,6 +38,7 @@ struct Examination {
   UnknownSignal unknown;      ///< at the place asked for, over the first record
   Trajectory unknown_motion;  ///< of the plant that it is missing in, over that record
   Matrix unknown_outputs;     ///< and what that plant simulates there, p x N
+  Ceiling ceiling;            ///< there; `location` empty if it was not asked for
 };
 
 /// Number of the stage that tells most of what is missing: the re-tuned one, whose gap no parameter explains, or the
@@ -47,11 +49,15 @@ struct ExamineOptions {
   double block_s = 2;
   Index draws = 400;
   Index iterations = 12;
+  std::string ceiling = {};            ///< place whose ceilings are wanted; empty: of none
+  const StaticMap* map = nullptr;      ///< two inputs, one output: the family of the static map; not null if they are
+  const Solver* map_solver = nullptr;  ///< of that map
 };
 
 /// @param plants as delivered, re-tuned, with effect   @param set which the diagnosis was made of   @param floor of it
 /// @param bare the plant in which something is missing, and @param place where to reconstruct it; empty: nowhere
-/// Cost: four to seven simulations of the held-out records a stage, one of the fitted ones. UserError as fit_record.
+/// Cost: four to seven simulations of the held-out records a stage, one of the fitted ones, and ceiling_at. UserError
+/// as fit_record.
 Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, const NoiseFloor& floor,
                     const Plant& bare, const std::string& place, const Solver& solver, const ExamineOptions& options,
                     Random& random);

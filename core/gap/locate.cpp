@@ -3,9 +3,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/data/spectra.hpp"
+#include "core/gap/probe.hpp"
 #include "core/plant/linearise.hpp"
 
 namespace wheelhop {
@@ -14,13 +14,9 @@ namespace {
 constexpr double kSameDirection = 0.9999;
 constexpr Index kCompared = 12;          // frequencies at which two places are compared
 constexpr double kHannLinesApart = 1.5;  // independent values of a Hann spectrum lie so many lines apart
-// What a nonlinear effect makes of a drive reaches beyond it, to its second harmonic and a little more.
-constexpr double kBandOverDrive = 2.2;
-constexpr double kDrivePower = 0.999;
-constexpr Index kNearbyLines = 4;  // either side, over which the unknown signal's spectrum is smooth
-constexpr Index kFadePart = 20;
-constexpr double kOverChance = 2;     // its power has to be so many times the noise's there, more than chance makes
-constexpr double kAboveTypical = 10;  // and may be so many times that of the lines where it is seen best
+constexpr Index kNearbyLines = 4;        // either side, over which the unknown signal's spectrum is smooth
+constexpr double kOverChance = 2;        // its power has to be so many times the noise's there, more than chance makes
+constexpr double kAboveTypical = 10;     // and may be so many times that of the lines where it is seen best
 
 /// A force of one Newton at a place, through the plant linearised at rest.
 struct Probe {
@@ -28,50 +24,11 @@ struct Probe {
   LinearPlant linear;
 };
 
-bool is_displacement_input(const Plant& plant, const std::string& node) {
-  for (const PlantInput& input : plant.inputs)
-    if (input.kind == InputKind::displacement && input.name == node) return true;
-  return false;
-}
-
-/// True if a displacement input moves an end of the element.
-bool drives(const PlantInput& input, const Element& element) {
-  return input.kind == InputKind::displacement && (input.name == element.from || input.name == element.to);
-}
-
-/// The linearised plant with one more input, the last: a force.
-/// @param from, to as of a force input; a drive's node stands still for a force
-bool probed_plant(const Plant& plant, std::string from, std::string to, const std::string& location,
-                  LinearPlant& linear) {
-  if (is_displacement_input(plant, from)) from = "ground";
-  if (is_displacement_input(plant, to)) to = "ground";
-  if (from == to) return false;
-  Plant probed = plant;
-  PlantInput force;
-  force.name = "probe of " + location;
-  force.kind = InputKind::force;
-  force.unit = "N";
-  force.hold_hz = plant.hold_hz();
-  force.from = from;
-  force.to = to;
-  probed.inputs.push_back(force);
-  linear = linearise(probed);
-  return linear.A.size() > 0;
-}
-
-/// p channels' answer to a force at a frequency.
-ComplexVector response(const LinearPlant& linear, double frequency_hz) {
-  const Index last = linear.B.cols() - 1;
-  ComplexMatrix pencil = -linear.A.cast<std::complex<double>>();
-  pencil.diagonal().array() += std::complex<double>(0, 2 * std::numbers::pi * frequency_hz);
-  return linear.C * solve_complex(pencil, linear.B.col(last).cast<std::complex<double>>()) + linear.D.col(last);
-}
-
 /// True if at every frequency an unknown signal at either place does what one at the other would.
 bool enter_alike(const LinearPlant& a, const LinearPlant& b, double highest_hz) {
   for (Index k = 1; k <= kCompared; ++k) {
     const double f = highest_hz * static_cast<double>(k) / static_cast<double>(kCompared);
-    const ComplexVector one = response(a, f), other = response(b, f);
+    const ComplexVector one = force_response(a, f), other = force_response(b, f);
     if (!(std::abs(one.dot(other)) > kSameDirection * one.norm() * other.norm())) return false;
   }
   return true;
@@ -80,8 +37,8 @@ bool enter_alike(const LinearPlant& a, const LinearPlant& b, double highest_hz) 
 std::vector<Probe> probes_of(const Plant& plant, double highest_hz) {
   std::vector<Probe> probes;
   const auto add = [&](const std::string& from, const std::string& to, const std::string& location) {
-    Probe probe{{location, {}, 0}, {}};
-    if (!probed_plant(plant, from, to, location, probe.linear)) return;
+    Probe probe{{location, {}, 0}, linearise_with_force(plant, from, to)};
+    if (probe.linear.A.size() == 0) return;
     for (Probe& other : probes)
       if (enter_alike(probe.linear, other.linear, highest_hz)) {
         other.place.same.push_back(location);
@@ -99,46 +56,6 @@ std::vector<Probe> probes_of(const Plant& plant, double highest_hz) {
   return probes;
 }
 
-/// Residual of a record in units of its noise, as measured minus simulated.
-Matrix residual_of(const PlantFit& fit, const std::vector<FitRecord>& records, std::size_t i) {
-  return records[i].weight_std.cwiseInverse().asDiagonal() * -fit.error[i];
-}
-
-/// Upper end of the band [Hz] that holds nearly all of the drives' power, widened.
-double excited_band_hz(const Plant& plant, const FitRecord& record) {
-  const ComplexMatrix spectrum = hann_spectrum(record.drive);
-  const double bin_hz = plant.hold_hz() / static_cast<double>(record.drive.cols());
-  double widest = 0;
-  for (Index i = 0; i < spectrum.rows(); ++i) {
-    const double total = spectrum.row(i).squaredNorm();
-    double sum = 0;
-    Index k = 0;
-    while (k < spectrum.cols() && sum < kDrivePower * total) sum += std::norm(spectrum(i, k++));
-    widest = std::max(widest, static_cast<double>(k) * bin_hz);
-  }
-  return kBandOverDrive * widest;
-}
-
-/// The ends of the force that a place's name stands for; false if it stands for none.
-bool ends_of(const Plant& plant, const std::string& location, std::string& from, std::string& to) {
-  for (const Element& element : plant.elements) {
-    const bool driven = std::any_of(plant.inputs.begin(), plant.inputs.end(), [&](const PlantInput& input) {
-      return drives(input, element) && actuator_of(plant, input) == location;
-    });
-    if (element.name != location && !driven) continue;
-    from = element.from;
-    to = element.to;
-    return true;
-  }
-  for (const Mass& mass : plant.masses)
-    if (location == "guide:" + mass.name) {
-      from = "ground";
-      to = mass.name;
-      return true;
-    }
-  return false;
-}
-
 /// g^+ z with Wiener's weight. @param z p x lines, of which `used` count; `noise` is the power of each
 /// @param noise_power what noise makes of the result, sum of squares as fft counts them   @return 1 x lines
 ComplexMatrix divide_out(const LinearPlant& linear, const Vector& weight, const ComplexMatrix& z, Index used,
@@ -146,7 +63,7 @@ ComplexMatrix divide_out(const LinearPlant& linear, const Vector& weight, const 
   ComplexMatrix f = ComplexMatrix::Zero(1, z.cols());
   Vector visible(used), power(used);
   for (Index k = 0; k < used; ++k) {
-    const ComplexVector g = weight.asDiagonal() * response(linear, line_hz * static_cast<double>(k));
+    const ComplexVector g = weight.asDiagonal() * force_response(linear, line_hz * static_cast<double>(k));
     visible(k) = std::isfinite(g.squaredNorm()) ? g.squaredNorm() / noise : 0;
     if (visible(k) > 0) f(0, k) = g.dot(z.col(k)) / g.squaredNorm();
     power(k) = std::norm(f(0, k));
@@ -245,7 +162,7 @@ std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& rec
       ComplexMatrix explained = ComplexMatrix::Zero(spectra.lines(), columns);
       for (Index line = 0; line < spectra.lines(); ++line) {
         const ComplexVector g =
-            (weight.asDiagonal() * response(probes[k].linear, spectra.line_hz * static_cast<double>(line)))
+            (weight.asDiagonal() * force_response(probes[k].linear, spectra.line_hz * static_cast<double>(line)))
                 .normalized();
         if (!g.allFinite()) continue;
         for (Index j = 0; j < p; ++j)
@@ -289,21 +206,16 @@ UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& 
     return result;
   }
   std::string from, to;
-  LinearPlant linear;
-  if (!ends_of(fit.plant, location, from, to) || !probed_plant(fit.plant, from, to, location, linear)) {
+  const LinearPlant linear =
+      ends_of(fit.plant, location, from, to) ? linearise_with_force(fit.plant, from, to) : LinearPlant{};
+  if (linear.A.size() == 0) {
     result.message = "no force stands for the place \"" + location + "\"";
     return result;
   }
   Matrix z = Matrix::Zero(record.y.rows(), 2 * N);
   z.leftCols(kept) = residual_of(fit, records, i).rightCols(kept);
   // What the plant still swings with from before the record, and goes on with behind it, is no force at its ends.
-  const Index fade = kept / kFadePart;
-  for (Index k = 0; k < fade; ++k) {
-    const double weight =
-        0.5 * (1 - std::cos(std::numbers::pi * (static_cast<double>(k) + 0.5) / static_cast<double>(fade)));
-    z.col(k) *= weight;
-    z.col(kept - 1 - k) *= weight;
-  }
+  z.leftCols(kept) *= fade_window(kept).asDiagonal();
   result.unit = "N";
   result.band_hz = std::min(excited_band_hz(fit.plant, record), 0.4 / sample_time_s);
   const double line_hz = 1 / (2 * static_cast<double>(N) * sample_time_s);

@@ -33,14 +33,15 @@ export function diagnosisData() {
       after_effect: { time: time('with_effect') },
     },
     which: {
-      effects: [{ effect: 'coulomb_friction', location: 'strut', probability: 0.93, misfit: 1.02, closure: 0.98,
+      effects: [{ effect: 'coulomb_friction', location: 'strut', probability: 0.93, misfit: 1.02, closure: 0.98, share: 0.755,
         parameters: [{ name: 'strut.coulomb_friction.force_n', value: 41.2, ci90: [38, 44] }] }],
       named: ['coulomb_friction@strut'], outcome: 'effect', ambiguous_with: [],
     },
     how_far: {
       ...each((stage) => ({ misfit: 1 + GAPS[stage], nrmse: { travel: 0.1, acc: 0.12 } })),
       floor: { std: {}, source: 'repeats of one drive', nrmse: { travel: 0.01, acc: 0.011 } },
-      held_out: true,
+      held_out: true, closure: 0.998, closure_of_retuning: 0.91,
+      ceiling: { location: 'strut', signal: 0.999, static_map: 0.333 },
       per_channel: ['travel', 'acc'].map((channel) => ({ channel, misfit: each((stage) => 1 + GAPS[stage]) })),
       per_band: [[0, 3], [3, 50]].map(([from_hz, to_hz], i) => ({ from_hz, to_hz, excess: each((stage) => GAPS[stage] * (i ? 0.75 : 0.25)) })),
       beyond_envelope: { closure: -0.4, closure_inside: 0.98, time_share: 0.04, flagged: true },

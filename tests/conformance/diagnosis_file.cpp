@@ -7,6 +7,7 @@
 #include "experiments/diagnose_report.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
+#include "variants/nonlinearity/mlp.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
 
 using namespace wheelhop;
@@ -65,8 +66,18 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what; its figures ho
   CHECK(place_of_note(diagnosis) == "suspension");
   Random random = numbers(842);
   const auto solver = make_levenberg_marquardt({});
+  const auto map = make_mlp(2, 1, {});
   const Examination examination =
-      examine({nominal, nominal, truth}, set, diagnosis.floor, nominal, "suspension", *solver, {.draws = 50}, random);
+      examine({nominal, nominal, truth}, set, diagnosis.floor, nominal, "suspension", *solver,
+              {.draws = 50, .ceiling = "suspension", .map = map.get(), .map_solver = solver.get()}, random);
+  for (const auto& [effect, location] :
+       {std::pair{"damper_asymmetry", "suspension"}, {"tyre_damping", "tyre"}, {"hysteresis", "suspension"}}) {
+    diagnosis.suspects.emplace_back();
+    diagnosis.suspects.back().effect = effect;
+    diagnosis.suspects.back().location = location;
+  }
+  diagnosis.named = {"tyre_damping@tyre", "damper_asymmetry@suspension"};
+  diagnosis.shares = (Vector(2) << 0.1, 0.85).finished();
   CHECK(telling_stage(examination) == 1);
   const Json file = diagnosis_json(nominal, diagnosis, &examination, "An answer.", "d.plant.json");
 
@@ -92,6 +103,14 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what; its figures ho
   CHECK(beyond.at("time_share").get<double>() > 0.02);
   CHECK(beyond.at("closure").get<double>() > 0.95);
   CHECK_FALSE(beyond.at("flagged").get<bool>());
+  const Json& ceiling = file.at("how_far").at("ceiling");
+  CHECK(ceiling.at("location") == "suspension");
+  CHECK(ceiling.at("signal").get<double>() == Approx(1).epsilon(0.05));
+  CHECK(ceiling.at("static_map").get<double>() == Approx(1).epsilon(0.05));
+  const Json& effects = file.at("which").at("effects");
+  CHECK(effects[0].at("share") == 0.85);
+  CHECK(effects[1].at("share") == 0.1);
+  CHECK(effects[2].at("share").is_null());
 
   const Json figures = diagnosis_figures_json(nominal, examination);
   const Json& segment = figures.at("segment");
