@@ -18,6 +18,8 @@
 namespace wheelhop {
 namespace {
 
+constexpr std::uint64_t kPlaceboSeed = 3;
+
 /// The plant in which the answer is missing: its parameters those found together with the effects, which do not bend to
 /// make up for them as re-tuned ones do; the plant as delivered where a parameter is the answer, or nothing.
 Plant bare_plant(const Plant& plant, const Diagnosis& diagnosis) {
@@ -102,7 +104,14 @@ int run_diagnose(const DiagnoseRequest& request) {
               place_of_note(diagnosis), *solver,
               {.ceiling = place_of_ceiling(diagnosis), .map = map.get(), .map_solver = map_solver.get()}, bootstrap);
   const std::filesystem::path corrected = write_diagnosis(plant, diagnosis, &examination, request.out);
-  print(diagnosis);
+  Placebo again;
+  if (request.placebo > 0) {
+    again = placebo(
+        diagnosis, set, request.placebo, kPlaceboSeed,
+        [&](const RecordSet& simulated) { return diagnose_records(plant, simulated, effect_candidates); }, step);
+    write_diagnosis(plant, diagnosis, &examination, request.out, {{"placebo", placebo_json(again)}});
+  }
+  print(diagnosis, request.placebo > 0 ? &again : nullptr);
   print_ceiling(diagnosis, examination.ceiling);
   print_examination(examination);
   fmt::print("\nwritten: {}, {}\n", request.out.string(), corrected.string());

@@ -27,12 +27,13 @@ struct DiagnoseRequest {
   std::filesystem::path plant, records, out;
   std::filesystem::path report = {};  ///< page with pictures; empty: none
   bool quiet = false;
+  Index placebo = 0;  ///< runs of the placebo
 };
 
 /// Prints the answer in one sentence and a table, and writes two files: `out` (schema `wheelhop.diagnosis/1`) and,
 /// beside it with the ending `.plant.json`, the plant with the answer, which `wheelhop simulate` runs.
 /// With `report`, also the data of its figures beside `out` (ending `.figures.json`) and the page; where Node.js is
-/// missing it says so, and the diagnosis stands.
+/// missing it says so, and the diagnosis stands. With `placebo`, the diagnosis is written first without it.
 /// @return 0; 1 if the plant cannot follow the records (the file says so). UserError for every mistake in the files,
 /// before anything is computed.
 int run_diagnose(const DiagnoseRequest& request);

@@ -66,8 +66,25 @@ std::string answer(const Diagnosis& diagnosis) {
   return text;
 }
 
-void print(const Diagnosis& diagnosis) {
+namespace {
+
+/// The confusion row of the answer.
+void print_placebo(const Placebo& placebo) {
+  if (!placebo.why_not.empty()) {
+    fmt::print("placebo: none, {}\n", placebo.why_not);
+    return;
+  }
+  fmt::print("placebo: {} of {} diagnoses of simulated records, in which this answer is true, give it again; named:",
+             placebo.same, placebo.runs);
+  for (const auto& [name, count] : placebo.names) fmt::print(" {} {}", name, count);
+  fmt::print("\n");
+}
+
+}  // namespace
+
+void print(const Diagnosis& diagnosis, const Placebo* placebo) {
   fmt::print("{}\n", answer(diagnosis));
+  if (placebo != nullptr) print_placebo(*placebo);
   if (!diagnosis.held_out)
     fmt::print("No record has the role \"validation\": every figure is of the records that were fitted, too kind.\n");
   fmt::print("\nmean squared error over the noise's, 1 is the floor ({}; {})\n", to_string(diagnosis.floor.source),
@@ -77,6 +94,8 @@ void print(const Diagnosis& diagnosis) {
   for (const Suspect& suspect : diagnosis.suspects) {
     fmt::print("  with {:<38} {:10.3f}   P {:.2f}", suspect.effect + " at " + suspect.location, suspect.misfit,
                suspect.probability);
+    if (const double share = share_of(diagnosis, suspect); !std::isnan(share))
+      fmt::print("  share {:.0f} %", 100 * share);
     for (const FittedParameter& parameter : suspect.parameters) {
       fmt::print("  {} = {:.4g}", parameter.name.substr(parameter.name.rfind('.') + 1), parameter.value);
       if (parameter.std > 0) fmt::print(" +- {:.2g}", parameter.std);  // of the answer alone
@@ -92,23 +111,6 @@ void print(const Diagnosis& diagnosis) {
   fmt::print("\nparameters after re-tuning, in tolerances off\n");
   for (const FittedParameter& parameter : diagnosis.tolerances)
     fmt::print("  {:<55} {:6.1f} +- {:.1f}\n", parameter.name, parameter.value, parameter.std);
-}
-
-    if (const double share = share_of(diagnosis, suspect); !std::isnan(share))
-      fmt::print("  share {:.0f} %", 100 * share);
-namespace {
-
-void print_kind(const StageExamination& stage) {
-  if (stage.repeats.known)
-    fmt::print("  {:.0f} % of a record's squared error comes again with the drive\n", 100 * stage.repeats.share);
-  if (stage.drift.significant)
-    fmt::print("  it drifts from the first third of the record to the last: {}{}{} from {:.3g} to {:.3g}\n",
-               stage.drift.kind, stage.drift.channel.empty() ? "" : " of ", stage.drift.channel, stage.drift.first,
-               stage.drift.last);
-  if (stage.lines.known)
-    fmt::print("  by the lines of the drive: {:.0f} % linear{}, {:.0f} % odd, {:.0f} % even\n",
-               100 * stage.lines.linear, stage.lines.odd_apart ? "" : " or odd", 100 * stage.lines.odd,
-               100 * stage.lines.even);
 }
 
 void print_ceiling(const Diagnosis& diagnosis, const Ceiling& ceiling) {
@@ -132,6 +134,21 @@ void print_ceiling(const Diagnosis& diagnosis, const Ceiling& ceiling) {
   line(fmt::format("with a static map of travel and rate at {}, at best", ceiling.location),
        left * (1 - ceiling.static_map));
   line(fmt::format("with any signal at {}", ceiling.location), left * (1 - ceiling.signal));
+}
+
+namespace {
+
+void print_kind(const StageExamination& stage) {
+  if (stage.repeats.known)
+    fmt::print("  {:.0f} % of a record's squared error comes again with the drive\n", 100 * stage.repeats.share);
+  if (stage.drift.significant)
+    fmt::print("  it drifts from the first third of the record to the last: {}{}{} from {:.3g} to {:.3g}\n",
+               stage.drift.kind, stage.drift.channel.empty() ? "" : " of ", stage.drift.channel, stage.drift.first,
+               stage.drift.last);
+  if (stage.lines.known)
+    fmt::print("  by the lines of the drive: {:.0f} % linear{}, {:.0f} % odd, {:.0f} % even\n",
+               100 * stage.lines.linear, stage.lines.odd_apart ? "" : " or odd", 100 * stage.lines.odd,
+               100 * stage.lines.even);
 }
 
 }  // namespace

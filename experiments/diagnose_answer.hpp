@@ -6,6 +6,7 @@
 
 #include "core/gap/diagnose.hpp"
 #include "core/gap/examine.hpp"
+#include "core/gap/placebo.hpp"
 
 namespace wheelhop {
 
@@ -13,7 +14,8 @@ namespace wheelhop {
 std::string answer(const Diagnosis& diagnosis);
 
 /// The sentence, misfits of the stages and suspects, places, and parameters, on stdout.
-void print(const Diagnosis& diagnosis);
+/// @param placebo null where none was asked for
+void print(const Diagnosis& diagnosis, const Placebo* placebo);
 /// What re-tuning removes, beside the answer, a static map and any signal at one place; nothing where there is no gap.
 void print_ceiling(const Diagnosis& diagnosis, const Ceiling& ceiling);
 /// Where the gap lies and of what kind it is.

@@ -188,6 +188,11 @@ Json separating_json(const SeparatingTest& separating) {
 
 }  // namespace
 
+Json placebo_json(const Placebo& placebo) {
+  if (!placebo.why_not.empty()) return {{"absent", placebo.why_not}};
+  return {{"runs", placebo.runs}, {"same", placebo.same}, {"names", placebo.names}};
+}
+
 Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,
                     const std::string& answer, const std::string& corrected) {
   Json effects = Json::array(), tolerances = Json::array();
@@ -199,14 +204,14 @@ Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examin
                        {"probability", suspect.probability},
                        {"misfit", suspect.misfit},
                        {"closure", suspect.closure.value},
+                       {"share", std::isnan(share) ? Json() : Json(share)},
                        {"parameters", parameters_json(suspect.parameters)}});
+  }
   Json checks = Json::array();
   for (const Check& check : diagnosis.checks)
     checks.push_back({{"check", check.name}, {"passed", check.passed}, {"detail", check.detail}});
   for (const FittedParameter& parameter : diagnosis.tolerances)
-                       {"share", std::isnan(share) ? Json() : Json(share)},
     tolerances.push_back({{"name", parameter.name}, {"tolerances_off", parameter.value}, {"std", parameter.std}});
-  }
   return {{"schema", "wheelhop.diagnosis/1"},
           {"verdict", verdict(diagnosis)},
           {"answer", answer},

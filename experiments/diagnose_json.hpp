@@ -7,6 +7,7 @@
 #include "core/base/json.hpp"
 #include "core/gap/diagnose.hpp"
 #include "core/gap/examine.hpp"
+#include "core/gap/placebo.hpp"
 
 namespace wheelhop {
 
@@ -14,5 +15,8 @@ namespace wheelhop {
 /// @param answer the one sentence   @param corrected name of the corrected plant's file
 Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,
                     const std::string& answer, const std::string& corrected);
+
+/// {"runs", "same", "names": {name: runs that name it}}; {"absent": why} where nothing was simulated.
+Json placebo_json(const Placebo& placebo);
 
 }  // namespace wheelhop

@@ -111,6 +111,14 @@ function checks(diagnosis) {
   return `<h2>Checks</h2>\n<dl>${items.join('\n')}</dl>`;
 }
 
+/** The answer's confusion row: does a simulation of it bring it back? */
+function placebo({ placebo: own }) {
+  if (!own) return '';
+  if (own.absent !== undefined) return `<p>Placebo: none, ${escape(own.absent)}.</p>`;
+  const names = Object.entries(own.names).map(([name, count]) => `${namedText(name)} ${count}`).join(', ');
+  return `<p>Placebo: ${own.same} of ${own.runs} diagnoses of simulated records, in which this answer is true, give it again. Named: ${escape(names)}.</p>`;
+}
+
 /** The page. @param drawn the figures with their SVG texts, in the order of reading */
 export function diagnosisPage(diagnosis, figures, drawn) {
   const css = readFileSync(new URL('page.css', import.meta.url), 'utf8');
@@ -135,8 +143,10 @@ ${css.trim()}
 <main>
 <h1>${escape(heading)}</h1>
 <p class="answer">${escape(diagnosis.answer)}</p>
+${placebo(diagnosis)}
 ${show('channels')}
 ${howFar(diagnosis)}
+${ceiling(diagnosis)}
 ${show('segment')}
 ${effects(diagnosis)}
 ${show('places', 'signal')}
@@ -146,7 +156,6 @@ ${checks(diagnosis)}
 <h2>Details</h2>
 ${retuning(diagnosis)}
 ${facts('Provenance', diagnosis.provenance)}
-${ceiling(diagnosis)}
 </main>
 </body>
 </html>

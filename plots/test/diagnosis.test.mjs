@@ -34,7 +34,7 @@ test('the page begins with the answer and shows every part of the diagnosis, esc
     assert.ok(html.indexOf('The gap is 10 x the &#60;noise&#62;') < html.indexOf('<svg '));
     for (const text of ['Why simulation and rig disagree: coulomb friction at strut', 'Coulomb friction at strut', 'force_n = 41.2', '0.93', '98 %', '90 % of a record', 'the gain of acc goes from 0 to 0.1',
       '20 % linear, 70 % odd, 10 % even', '40 % of it in 10 % of the time, at strut velocity', 'Do not trust it there', 'tyre, actuator', 'Force at strut (N)', '<th scope="col">Share</th>', '76 %',
-      'static map of travel and rate at strut', '33 %', '94 %', 'acc (m/s\u00b2)', '3 to 50'])
+      'static map of travel and rate at strut', '33 %', '94 %', '17 of 20 diagnoses', 'coulomb friction at strut 17, none 3', 'acc (m/s\u00b2)', '3 to 50'])
       assert.ok(html.includes(text), text);
     assert.doesNotMatch(html, /NaN|undefined|Infinity/);
     assert.doesNotMatch(html, /<(script|link|img|iframe)\b|@import|url\((?!#)|(?:src|href)="(?!#)/);
@@ -57,6 +57,7 @@ test('what the records do not tell is left out: no repeats, no place, no effect,
     d.where.without_catalogue = [];
     delete d.where.after_retuning;
     delete d.how_far.ceiling;
+    delete d.placebo;
     delete d.where.after_effect;
     d.how_far.per_channel[0].misfit.with_effect = null;
     d.how_far.with_effect = { misfit: null, nrmse: {} };
@@ -79,15 +80,16 @@ test('what the records do not tell is left out: no repeats, no place, no effect,
   });
 });
 
-test('what has no ceiling says why', () => {
+test('what has no ceiling, and what cannot be simulated, says why', () => {
   const diagnosis = changed(diagnosisData(), (d) => {
     d.how_far.ceiling = { location: 'sensor:acc', absent: 'no <force>' };
+    d.placebo = { absent: 'outside the catalogue' };
     d.which.effects[0].share = null;
   });
   on(diagnosisFolder(diagnosis), (directory) => {
     assert.equal(render(directory).status, 0);
     const html = page(directory);
-    for (const text of ['There is no ceiling of a static map: no &#60;force&#62;']) assert.ok(html.includes(text), text);
+    for (const text of ['There is no ceiling of a static map: no &#60;force&#62;', 'Placebo: none, outside the catalogue']) assert.ok(html.includes(text), text);
     assert.ok(!html.includes('any signal at') && !html.includes('>Share<'));
     assert.doesNotMatch(html, /NaN|undefined|Infinity/);
   });

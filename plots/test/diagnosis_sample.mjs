@@ -47,6 +47,7 @@ export function diagnosisData() {
       beyond_envelope: { closure: -0.4, closure_inside: 0.98, time_share: 0.04, flagged: true },
     },
     retuning: [{ name: 'strut.viscous_damper.damping_ns_per_m', tolerances_off: 2.5, std: 0.4 }],
+    placebo: { runs: 20, same: 17, names: { 'coulomb_friction@strut': 17, none: 3 } },
     provenance: { version: '0.1.0' },
   };
 }
