@@ -93,17 +93,21 @@ ScaledMap fit_map(const StaticMap& prototype, const std::vector<Matrix>& motion,
   return map;
 }
 
-/// The outputs, over their noise, that a law's force at the place makes in the linearised plant. @param f N
-/// @param sample_time_s of the record   @return p x K, those that are scored
-Matrix outputs_of(const LinearPlant& linear, const FitRecord& record, const Vector& f, double sample_time_s) {
-  const ComplexMatrix F = fft(f.transpose());
-  const Vector frequencies = fft_frequencies_hz(f.size(), sample_time_s);
-  ComplexMatrix Y = ComplexMatrix::Zero(record.y.rows(), F.cols());
+/// The outputs of a record, over their noise, that a law's forces at the place make in the linearised plant.
+/// @param forces one a row, h x N   @return h matrices p x K, those that are scored
+std::vector<Matrix> outputs_of(const LinearPlant& linear, const FitRecord& record, const Matrix& forces,
+                               double sample_time_s) {
+  const ComplexMatrix F = fft(forces);
+  const Vector frequencies = fft_frequencies_hz(forces.cols(), sample_time_s);
+  ComplexMatrix G = ComplexMatrix::Zero(record.y.rows(), F.cols());
   for (Index k = 0; k < F.cols(); ++k) {
     const ComplexVector g = record.weight_std.cwiseInverse().asDiagonal() * force_response(linear, frequencies(k));
-    if (g.allFinite()) Y.col(k) = -g * F(0, k);
+    if (g.allFinite()) G.col(k) = -g;
   }
-  return inverse_fft(Y, f.size()).rightCols(f.size() - record.skip);
+  std::vector<Matrix> list;
+  for (Index j = 0; j < F.rows(); ++j)
+    list.push_back(inverse_fft(G * F.row(j).asDiagonal(), forces.cols()).rightCols(forces.cols() - record.skip));
+  return list;
 }
 
 /// Weights by the error of the outputs, not of the force: what is near a resonance counts for more. Gauss-Newton with
@@ -119,10 +123,10 @@ void fit_weights(const LinearPlant& linear, const PlantFit& trained, const std::
     const double sample_time_s = static_cast<double>(records[i].ratio) / trained.plant.hold_hz();
     const Matrix features = map.features(motion[i]);
     gram += features * features.transpose();
-    const Index length = records[i].y.rows() * (records[i].y.cols() - records[i].skip);
+    const std::vector<Matrix> outputs = outputs_of(linear, records[i], features, sample_time_s);
+    const Index length = outputs.front().size();
     for (Index j = 0; j < count; ++j)
-      columns.col(j).segment(rows, length) =
-          faded(outputs_of(linear, records[i], features.row(j).transpose(), sample_time_s)).reshaped();
+      columns.col(j).segment(rows, length) = faded(outputs[static_cast<std::size_t>(j)]).reshaped();
     rows += length;
   }
   // What hardly shows in the outputs (a constant force, to accelerometers) is not to grow for it.

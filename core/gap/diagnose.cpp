@@ -21,10 +21,15 @@ std::string to_string(GapOutcome outcome) {
 }
 
 double share_of(const Diagnosis& diagnosis, const Suspect& suspect) {
+  // One that was also fitted alone stands further down a second time.
+  const auto first = std::find_if(diagnosis.suspects.begin(), diagnosis.suspects.end(), [&](const Suspect& other) {
+    return other.effect == suspect.effect && other.location == suspect.location;
+  });
   const auto& named = diagnosis.named;
   const auto found = std::find(named.begin(), named.end(), suspect.effect + "@" + suspect.location);
   const Index i = found - named.begin();
-  return i < diagnosis.shares.size() ? diagnosis.shares(i) : std::numeric_limits<double>::quiet_NaN();
+  return &*first == &suspect && i < diagnosis.shares.size() ? diagnosis.shares(i)
+                                                            : std::numeric_limits<double>::quiet_NaN();
 }
 
 Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList& candidates, const GapSolvers& solvers,

@@ -84,7 +84,7 @@ struct Diagnosis {
   SeparatingTest separating;  ///< of the answer and its nearest rival; `test` empty where there is none, or none helps
 };
 
-/// What a suspect contributes to the closure of the answer; NaN if it is not one of several that are named.
+/// What a suspect (of this diagnosis) contributes to the closure of the answer; NaN if it is not one of several named.
 double share_of(const Diagnosis& diagnosis, const Suspect& suspect);
 
 /// @param candidates every effect at every place of a plant

@@ -70,8 +70,10 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what; its figures ho
   const Examination examination =
       examine({nominal, nominal, truth}, set, diagnosis.floor, nominal, "suspension", *solver,
               {.draws = 50, .ceiling = "suspension", .map = map.get(), .map_solver = solver.get()}, random);
-  for (const auto& [effect, location] :
-       {std::pair{"damper_asymmetry", "suspension"}, {"tyre_damping", "tyre"}, {"hysteresis", "suspension"}}) {
+  for (const auto& [effect, location] : {std::pair{"damper_asymmetry", "suspension"},
+                                         {"tyre_damping", "tyre"},
+                                         {"hysteresis", "suspension"},
+                                         {"tyre_damping", "tyre"}}) {
     diagnosis.suspects.emplace_back();
     diagnosis.suspects.back().effect = effect;
     diagnosis.suspects.back().location = location;
@@ -111,6 +113,7 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what; its figures ho
   CHECK(effects[0].at("share") == 0.85);
   CHECK(effects[1].at("share") == 0.1);
   CHECK(effects[2].at("share").is_null());
+  CHECK(effects[3].at("share").is_null());  // the same effect, fitted alone
 
   const Json figures = diagnosis_figures_json(nominal, examination);
   const Json& segment = figures.at("segment");
