@@ -19,7 +19,7 @@ constexpr Index kIterations = 12;
 constexpr double kGap = 0.1;  // misfit - 1, below which shares say nothing
 constexpr int kSteps = 6;
 constexpr double kWorthwhile = 0.98;  // of a misfit, above which another step does not pay
-constexpr double kRidge = 1e-5;
+constexpr double kRidge = 1e-5;       // of the mean response of a Newton, in power
 
 /// (I - g g^+) z up to `band_hz`. @param r p x K @param sample_time_s of the record
 Matrix without_response(const LinearPlant& linear, ConstVectorRef noise_std, ConstMatrixRef r, double sample_time_s,
