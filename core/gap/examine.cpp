@@ -1,5 +1,7 @@
 #include "core/gap/examine.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <cmath>
 
 namespace wheelhop {
@@ -35,20 +37,21 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
   ProfileOptions bands;
   bands.band_edges_hz = band_edges(plants[0], set.sampling_hz / 2);
   if (floor.source == FloorSource::repeats) bands.noise_shares = noise_shares(set, bands.band_edges_hz);
-  for (std::size_t s = 0; s < plants.size(); ++s) {
+  const FitOptions states_alone{.iterations = options.iterations, .linearise = false};
+  tbb::parallel_for(std::size_t{0}, plants.size(), [&](std::size_t s) {
     StageExamination& stage = out.stages[s];
-    stage.fit = fit_plant(plants[s], {}, out.records, solver, {options.iterations});
+    stage.fit = fit_plant(plants[s], {}, out.records, solver, states_alone);
     stage.ran = stage.fit.error.size() == out.records.size();
-    if (!stage.ran) continue;
+    if (!stage.ran) return;
     stage.motion = trajectories(stage.fit, out.records);
     stage.profile = profile(stage.fit, out.records, stage.motion, bands);
     stage.repeats = repeatability(stage.fit, out.records, floor);
     stage.drift = drift(stage.fit, out.records, block);
     stage.lines = line_split(stage.fit, out.records);
-  }
+  });
   if (!place.empty()) {
     const std::vector<FitRecord> first = {out.records.front()};
-    const PlantFit fit = fit_plant(bare, {}, first, solver, {options.iterations});
+    const PlantFit fit = fit_plant(bare, {}, first, solver, states_alone);
     if (!fit.error.empty()) {
       out.unknown = unknown_signal(fit, first, 0, place);
       out.unknown_motion = trajectories(fit, first).front();
@@ -62,7 +65,7 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
                              out.stages[1].fit, {*options.map, *options.map_solver, solver}, bands, random);
   }
   if (!out.held_out || fitted.empty() || !out.stages[1].ran || !out.stages[2].ran) return out;
-  const PlantFit training = fit_plant(plants[2], {}, fitted, solver, {options.iterations});
+  const PlantFit training = fit_plant(plants[2], {}, fitted, solver, states_alone);
   if (training.error.size() != fitted.size()) return out;
   out.beyond_known = true;
   out.beyond = beyond_envelope(out.stages[1].fit, out.stages[2].fit, out.records,

@@ -130,6 +130,15 @@ void share_solutions(const Hypothesis& base, std::vector<Hypothesis>& list) {
     }
 }
 
+/// True of an element or mass that an effect has put into a plant: no place of the user's.
+bool added(const Plant& nominal, const Plant& plant, const std::string& location) {
+  const auto named = [&](const auto& part) { return part.name == location; };
+  return std::any_of(plant.elements.begin() + static_cast<std::ptrdiff_t>(nominal.elements.size()),
+                     plant.elements.end(), named) ||
+         std::any_of(plant.masses.begin() + static_cast<std::ptrdiff_t>(nominal.masses.size()), plant.masses.end(),
+                     named);
+}
+
 /// A quick fit is fitted on to the end, and replaced if that is better.
 void polish(const Study& study, const Hypothesis& base, Hypothesis& hypothesis) {
   if (hypothesis.parameters.size() == base.parameters.size()) return;  // nothing was fitted beyond the base
@@ -210,6 +219,7 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
     if (static_cast<Index>(shortlist.size()) >= options.shortlist || !(screened.gain > 0)) break;
     if (shortlist.empty() && 2 * screened.gain < options.least) break;
     if (!shortlist.empty() && screened.gain < options.worth * shortlist.front().gain) break;
+    if (added(study.nominal, base.fit.plant, candidates[screened.candidate].location)) continue;
     if (name == options.without || ++forms[name] > options.forms) continue;
     shortlist.push_back(screened);
   }

@@ -10,7 +10,7 @@ namespace wheelhop {
 namespace {
 
 constexpr double kWorthFitting = 0.25;  // of that, expected by the screen
-constexpr double kExplains = 0.75;      // closure below which no family of the catalogue fits
+constexpr double kExplains = 0.6;       // closure below which no family of the catalogue fits
 constexpr double kExplainsWell = 0.9;   // closure from which only a far better place speaks against it
 constexpr double kElsewhere = 1.5;      // leftover over that of the best place, from which the gap enters elsewhere
 constexpr double kFarElsewhere = 4;     // likewise, where the effect explains the gap well
@@ -18,6 +18,7 @@ constexpr double kOfPlace = 4;          // what the log of that ratio counts in 
 constexpr double kHeld = 0.97;          // probability that the catalogue holds what explains a gap whole ...
 constexpr double kHeldSlope = 1.2;      // ... and what a share that stays unexplained takes from it
 constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for
+constexpr double kWorthFreeing = 2;     // surprise of a parameter from which it is fitted without its tolerance
 constexpr double kConsidered = 0.05;    // probability from which a rival is named
 
 void add_locations(const std::vector<Rival>& rivals, Diagnosis& diagnosis) {
@@ -108,15 +109,18 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
   const double gain = singles.empty() ? 0 : c.retuned.chi2 - singles.front().chi2;
   const bool effect_seen = gain > kNotice * diagnosis.floor.colour;
   const double left = c.retuned.chi2 / c.floor_chi2() - 1;
-  if (!effect_seen && surprise < kOutOfTolerance) {
+  // A parameter that is free inside its tolerance, and a wide one, would have been tuned to the floor.
+  double fall = 0;
+  if (surprise > kWorthFreeing && (left <= kTooSmall || rivals.empty()))
+    for (Rival& parameter : parameter_rivals(c.study, c.retuned)) {
+      fall = std::max(fall, c.retuned.chi2 - parameter.chi2);
+      rivals.push_back(std::move(parameter));
+    }
+  if (!effect_seen && fall < kOutOfTolerance * kOutOfTolerance) {
     name_nothing(c, diagnosis);
     if (!name_rounding(c, diagnosis) && left > kTooSmall) name_unknown(c, diagnosis);
     return;
   }
-  // A parameter that is free inside its tolerance, and a wide one, would have been tuned to the floor.
-  if (left <= kTooSmall || rivals.empty())
-    for (Rival& parameter : parameter_rivals(c.study, c.retuned)) rivals.push_back(std::move(parameter));
-  if (rivals.empty()) return name_unknown(c, diagnosis);
   double best = c.retuned.chi2;
   for (const Rival& rival : rivals) best = std::min(best, rival.chi2);
   weigh(rivals, {diagnosis.floor.colour, c.retuned.chi2 - best, c.floor_chi2()});

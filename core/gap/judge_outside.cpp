@@ -10,6 +10,8 @@ namespace wheelhop {
 namespace {
 
 constexpr double kOwnDoing = 0.04;  // share of an unknown signal that states explain, below which it is from outside
+constexpr double kClearly = 0.1;    // of that share, by which another place of those that enter alike explains more
+constexpr double kNearly = 1.5;     // leftover over that of the best place, up to which the motion decides between them
 constexpr double kRounded = 0.15;   // share of the floor that rounding makes, from which the converter is named
 constexpr double kRoundingSeen = 0.95;  // probability of a lattice that was seen in the readings
 
@@ -23,6 +25,13 @@ void locate_by_leftover(Diagnosis& diagnosis) {
   diagnosis.locations.clear();
   for (std::size_t i = 0; i < diagnosis.places.size(); ++i)
     diagnosis.locations.push_back({diagnosis.places[i].location, p(static_cast<Index>(i))});
+}
+
+/// The names of all that enters as a signal at a place does.
+std::vector<std::string> entries_of(const Place& place) {
+  std::vector<std::string> entries = place.same;
+  entries.insert(entries.begin(), place.location);
+  return entries;
 }
 
 }  // namespace
@@ -39,21 +48,24 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
     return;
   }
   std::string& location = diagnosis.locations.front().location;
-  std::vector<std::string> entries;
-  if (!diagnosis.places.empty()) entries = diagnosis.places.front().same;
-  entries.insert(entries.begin(), location);
-  const auto explained = [&](const std::string& entry) {
-    return explained_by_states(c.retuned.fit, c.study.data.fitted, location, entry);
-  };
+  const PlantFit& fit = c.retuned.fit;
+  const std::vector<std::string> alike = entries_of(diagnosis.places.front());
   const auto guide =
-      std::find_if(entries.begin(), entries.end(), [](const std::string& entry) { return entry.starts_with(kGuide); });
-  if (guide != entries.end() && explained("") < kOwnDoing) {  // a force from outside acts on a mass
-    location = *guide;
+      std::find_if(alike.begin(), alike.end(), [](const std::string& entry) { return entry.starts_with(kGuide); });
+  double most = explained_by_states(fit, c.study.data.fitted, location, location) + kClearly;
+  if (guide != alike.end() && explained_by_states(fit, c.study.data.fitted, location) < kOwnDoing) {
+    location = *guide;  // a force from outside acts on a mass
     diagnosis.outcome = GapOutcome::exogenous;
-  } else if (entries.size() > 1) {  // no record tells them apart, but a law at one of them reads what moves there
-    std::vector<double> shares;
-    for (const std::string& entry : entries) shares.push_back(explained(entry));
-    location = entries[static_cast<std::size_t>(std::max_element(shares.begin(), shares.end()) - shares.begin())];
+  } else if (!location.starts_with("sensor:")) {  // the records hardly tell these places apart, but a law at one of
+                                                  // them reads what moves there
+    for (const Place& place : diagnosis.places)
+      for (const std::string& entry : entries_of(place)) {
+        if (place.leftover > kNearly * diagnosis.places.front().leftover) continue;
+        const double share = explained_by_states(fit, c.study.data.fitted, place.location, entry);
+        if (!(share > most)) continue;
+        location = entry;
+        most = share;
+      }
   }
   // A force between the ground and a mass is one on the mass.
   if (location.starts_with(kGuide)) location.erase(0, std::strlen(kGuide));

@@ -72,7 +72,8 @@ void weigh(std::vector<Rival>& rivals, const Weighing& weighing) {
   const double temperature = weighing.colour + kOfGap * std::max(weighing.gap, 0.0) +
                              kOfRemains * std::max(best - kFloorKnown * weighing.floor_chi2, 0.0);
   const auto log_odds = [&](const Rival& rival) {
-    return -(rival.chi2 - rival.prior_chi2 - best) / (2 * temperature) - rival.prior_chi2 / 2 + rival.plausibility;
+    return -(rival.chi2 - rival.prior_chi2 - best) / (2 * temperature) -
+           rival.prior_chi2 / (2 * std::sqrt(temperature)) + rival.plausibility;
   };
   std::stable_sort(rivals.begin(), rivals.end(),
                    [&](const Rival& a, const Rival& b) { return log_odds(a) > log_odds(b); });

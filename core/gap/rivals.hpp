@@ -45,10 +45,11 @@ struct Weighing {
 };
 
 /// Keeps of each effect and place the most probable form, sets the probabilities, and sorts by them: log p = -(r^2 -
-/// best) / (2 T) - z^2 / 2 + plausibility, chi2 = r^2 + z^2 (residuals and priors), T = colour + a gap + b (best - 1.05
-/// floor). No form in a catalogue is that of the rig, so that every one leaves some share of the gap; T is how much of
-/// such a difference means nothing (a, b: by judgement, looked at on generated cases, not fitted). The parameters'
-/// tolerances are what their owner says, neither coloured nor of a wrong form. None is above 0.99.
+/// best) / (2 T) - z^2 / (2 sqrt(T)) + plausibility, chi2 = r^2 + z^2 (residuals and priors), T = colour + a gap + b
+/// (best - 1.05 floor). No form in a catalogue is that of the rig, so that every one leaves some share of the gap; T is
+/// how much of such a difference means nothing (a, b: by judgement, looked at on generated cases, not fitted). The
+/// parameters' tolerances are what their owner says, and count for more; but a wrong form bends the parameters too.
+/// None is above 0.99.
 void weigh(std::vector<Rival>& rivals, const Weighing& weighing);
 
 }  // namespace wheelhop

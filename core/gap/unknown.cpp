@@ -13,7 +13,7 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kWindows_s[] = {0.5, 2};  // over which a law that changes with time stays as it is
+constexpr double kWindows_s[] = {0.25, 0.5, 2};  // over which a law that changes with time stays as it is
 constexpr Index kSurrogates = 8;
 constexpr Index kMemory = 3;     // samples back, every second
 constexpr double kRidge = 1e-6;  // of the largest feature's power
