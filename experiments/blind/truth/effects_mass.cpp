@@ -39,8 +39,7 @@ std::optional<Formed> resonator(const Surroundings& rig, const std::string& plac
 struct Exogenous final : Attachment {
   Command lines;
   void act(double t, double, double, const double*, double*, Forces& forces) const override {
-    for (const Cosine& c : lines)
-      forces.extra += c.amplitude * std::cos(two_pi * c.frequency_hz * t + c.phase);
+    for (const Cosine& c : lines) forces.extra += c.amplitude * std::cos(two_pi * c.frequency_hz * t + c.phase);
   }
 };
 
@@ -50,8 +49,8 @@ std::optional<Formed> exogenous(const Surroundings& rig, const std::string& plac
   Exogenous shape;
   constexpr int lines = 24;
   for (int k = 0; k < lines; ++k)
-    shape.lines.push_back({std::sqrt(2.0 / lines), from + (to - from) * (k + random.uniform()) / lines,
-                           two_pi * random.uniform()});
+    shape.lines.push_back(
+        {std::sqrt(2.0 / lines), from + (to - from) * (k + random.uniform()) / lines, two_pi * random.uniform()});
   const double speed = rig.masses[static_cast<std::size_t>(i)].speed_rms;
   const double usual = rig.theta(i) * speed * two_pi * from;
   return Formed{1e-3 * usual, 3 * usual, [=](double size) {
