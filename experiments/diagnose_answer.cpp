@@ -60,9 +60,11 @@ std::string answer(const Diagnosis& diagnosis) {
   std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) removes {} of what re-tuning leaves{}.",
                                  gap, diagnosis.locations.front().location, diagnosis.locations.front().probability,
                                  names, best().probability, percent(diagnosis.closure), shares);
-  for (const std::string& other : diagnosis.ambiguous_with) text += " It could also be " + other + ".";
+  const std::string in_place =
+      diagnosis.named.size() > 1 ? fmt::format(" In place of {} it", diagnosis.named.back()) : " It";
+  for (const std::string& other : diagnosis.ambiguous_with) text += in_place + " could also be " + other + ".";
   if (!diagnosis.separating.test.empty())
-    text += fmt::format(" {} would tell the first two apart.", diagnosis.separating.test);
+    text += fmt::format(" {} would tell the two apart.", diagnosis.separating.test);
   return text;
 }
 

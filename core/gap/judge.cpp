@@ -30,13 +30,6 @@ void add_locations(const std::vector<Rival>& rivals, Diagnosis& diagnosis) {
                    [](const auto& a, const auto& b) { return a.probability > b.probability; });
 }
 
-void add_ambiguous(const std::vector<Rival>& rivals, Diagnosis& diagnosis) {
-  for (const Rival& rival : rivals)
-    if (rival.probability > kConsidered &&
-        std::find(diagnosis.named.begin(), diagnosis.named.end(), rival.name()) == diagnosis.named.end())
-      diagnosis.ambiguous_with.push_back(rival.name());
-}
-
 /// The answer is one parameter of the plant, free of its tolerance.
 void name_parameter(const GapCase& c, const Rival& rival, Diagnosis& diagnosis) {
   std::vector<FitParameter> free = c.study.tolerances;
@@ -74,6 +67,13 @@ double leftover_ratio(const Diagnosis& diagnosis, const std::string& location) {
 }
 
 }  // namespace
+
+void add_ambiguous(const std::vector<Rival>& rivals, Diagnosis& diagnosis) {
+  for (const Rival& rival : rivals)
+    if (rival.probability > kConsidered &&
+        std::find(diagnosis.named.begin(), diagnosis.named.end(), rival.name()) == diagnosis.named.end())
+      diagnosis.ambiguous_with.push_back(rival.name());
+}
 
 std::vector<FittedParameter> fitted_parameters(const PlantFit& fit, const std::vector<FitParameter>& list,
                                                std::size_t first) {
@@ -143,8 +143,15 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
     add_ambiguous(rivals, diagnosis);
     if (!diagnosis.ambiguous_with.empty()) diagnosis.outcome = GapOutcome::ambiguous;
   }
-  if (linearise(answer.fit, answer.parameters, c.study.data.fitted))
-    diagnosis.suspects.front().parameters = fitted_parameters(answer.fit, answer.parameters, c.study.tolerances.size());
+  if (linearise(answer.fit, answer.parameters, c.study.data.fitted)) {
+    auto fitted = fitted_parameters(answer.fit, answer.parameters, c.study.tolerances.size());
+    auto next = fitted.begin();
+    for (std::size_t i = 0; i < answer.effects.size(); ++i) {
+      const auto own = next;
+      next += static_cast<std::ptrdiff_t>(answer.effects[i].parameters.size());
+      diagnosis.suspects[i].parameters.assign(own, next);
+    }
+  }
   check_answer(c, answer, diagnosis);
   find_separating_test(c, diagnosis);
   diagnosis.corrected = answer.stage;

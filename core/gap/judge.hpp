@@ -38,6 +38,9 @@ std::vector<FittedParameter> fitted_parameters(const PlantFit& fit, const std::v
 /// @param rival the last effect of the hypothesis
 Suspect suspect_of(const GapCase& c, const Rival& rival, const Hypothesis& hypothesis);
 
+/// Adds the rivals that are probable enough to be told beside those named.
+void add_ambiguous(const std::vector<Rival>& rivals, Diagnosis& diagnosis);
+
 /// The verdict: nothing, a parameter, one effect or two, rounding, or a place outside the catalogue.
 void judge(const GapCase& c, Diagnosis& diagnosis);
 

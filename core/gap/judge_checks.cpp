@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace wheelhop {
 namespace {
 
@@ -10,6 +12,12 @@ constexpr double kSame = 0.9;      // closure from which a rival would have done
 
 void add_check(Diagnosis& diagnosis, const std::string& name, bool passed, std::string detail) {
   diagnosis.checks.push_back({name, passed, std::move(detail)});
+}
+
+/// True of a suspect whose family the answer names.
+bool is_named(const Diagnosis& diagnosis, const Suspect& suspect) {
+  return std::any_of(diagnosis.named.begin(), diagnosis.named.end(),
+                     [&](const std::string& name) { return name.starts_with(suspect.effect + "@"); });
 }
 
 }  // namespace
@@ -31,7 +39,7 @@ void check_answer(const GapCase& c, const Hypothesis& answer, Diagnosis& diagnos
   add_check(diagnosis, "sizes are those of the literature", answer.plausibility > kPlausible,
             fmt::format("log density {:.1f} against the middle of what is usual", answer.plausibility));
   for (const Suspect& suspect : diagnosis.suspects) {
-    if (suspect.effect == diagnosis.suspects.front().effect) continue;
+    if (is_named(diagnosis, suspect)) continue;
     add_check(diagnosis, "without its family the answer would not be the same", suspect.closure.value < kSame,
               fmt::format("next is {} at {}, which removes {:.0f} %", suspect.effect, suspect.location,
                           100 * suspect.closure.value));
@@ -41,13 +49,14 @@ void check_answer(const GapCase& c, const Hypothesis& answer, Diagnosis& diagnos
 
 void find_separating_test(const GapCase& c, Diagnosis& diagnosis) {
   if (diagnosis.ambiguous_with.empty() || diagnosis.named.empty()) return;
-  if (c.step) c.step("a test that would tell " + diagnosis.named.front() + " and " + diagnosis.ambiguous_with.front());
+  if (c.step) c.step("a test that would tell " + diagnosis.named.back() + " and " + diagnosis.ambiguous_with.front());
   Operation operation;
   if (!operation_of(c.study.nominal, c.study.data.fitted, {}, operation)) return;
+  const std::string& last = diagnosis.named.back();  // of several, the one that the rivals would replace
   const EffectCandidate *a = nullptr, *b = nullptr;
   const std::vector<EffectCandidate> all = c.study.candidates(c.study.nominal, operation);
   for (const EffectCandidate& candidate : all) {
-    if (!a && name_of(candidate) == diagnosis.named.front()) a = &candidate;
+    if (!a && name_of(candidate) == last) a = &candidate;
     if (!b && name_of(candidate) == diagnosis.ambiguous_with.front()) b = &candidate;
   }
   if (a && b) diagnosis.separating = separating_test(c.study.nominal, c.study.data.fitted, *a, *b);

@@ -35,6 +35,14 @@ std::vector<Hypothesis> pairs(const GapCase& c, std::vector<Hypothesis>& singles
   return all;
 }
 
+/// Puts the suspect that is named first at the head of the list.
+void lead(Diagnosis& diagnosis) {
+  const auto own = std::find_if(diagnosis.suspects.begin(), diagnosis.suspects.end(), [&](const Suspect& suspect) {
+    return suspect.effect + "@" + suspect.location == diagnosis.named.front();
+  });
+  if (own != diagnosis.suspects.end()) std::rotate(diagnosis.suspects.begin(), own, own + 1);
+}
+
 }  // namespace
 
 void add_second(const GapCase& c, std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals, Changes& changes,
@@ -58,21 +66,22 @@ void add_second(const GapCase& c, std::vector<Hypothesis>& singles, const std::v
     if (!alone.fit.error.empty() && !needed(alone)) {  // the pair had only found the first one's better fit
       answer = alone;
       diagnosis.named = {name_of(alone.effects.back())};
+      lead(diagnosis);
       return;
     }
   }
   diagnosis.named = {name_of(pair.effects[0]), name_of(pair.effects[1])};
   diagnosis.outcome = GapOutcome::several;
-  const auto own = std::find_if(diagnosis.suspects.begin(), diagnosis.suspects.end(), [&](const Suspect& suspect) {
-    return suspect.effect + "@" + suspect.location == diagnosis.named.front();
-  });
-  if (own != diagnosis.suspects.end()) std::rotate(diagnosis.suspects.begin(), own, own + 1);
+  lead(diagnosis);
   // Alone the first effect may have looked like another; beside the second it is as sure as the pair.
   std::vector<Rival> others = rivals_of(seconds);
   weigh(others, {diagnosis.floor.colour, answer.chi2 - c.floor_chi2(), c.floor_chi2()});
   Suspect& leading = diagnosis.suspects.front();
   leading.probability = std::max(leading.probability, others.front().probability);
-  diagnosis.suspects.insert(diagnosis.suspects.begin() + 1, suspect_of(c, others.front(), pair));
+  const auto own_rival =
+      std::find_if(others.begin(), others.end(), [&](const Rival& r) { return r.name() == diagnosis.named.back(); });
+  diagnosis.suspects.insert(diagnosis.suspects.begin() + 1, suspect_of(c, *own_rival, pair));
+  add_ambiguous(others, diagnosis);
   answer = pair;
 }
 
