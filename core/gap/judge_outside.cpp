@@ -56,8 +56,8 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
   if (guide != alike.end() && explained_by_states(fit, c.study.data.fitted, location) < kOwnDoing) {
     location = *guide;  // a force from outside acts on a mass
     diagnosis.outcome = GapOutcome::exogenous;
-  } else if (!location.starts_with("sensor:")) {  // the records hardly tell these places apart, but a law at one of
-                                                  // them reads what moves there
+  } else if (!location.starts_with("sensor:")) {
+    // The records hardly tell these places apart, but a law at one of them reads what moves there.
     for (const Place& place : diagnosis.places)
       for (const std::string& entry : entries_of(place)) {
         if (place.leftover > kNearly * diagnosis.places.front().leftover) continue;
@@ -69,6 +69,9 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
   }
   // A force between the ground and a mass is one on the mass.
   if (location.starts_with(kGuide)) location.erase(0, std::strlen(kGuide));
+  const auto again = [&](const LocationProbability& other) { return other.location == location; };
+  const auto others = diagnosis.locations.begin() + 1;
+  diagnosis.locations.erase(std::remove_if(others, diagnosis.locations.end(), again), diagnosis.locations.end());
   diagnosis.named = {(diagnosis.outcome == GapOutcome::exogenous ? "exogenous_force@" : "unknown@") + location};
 }
 
