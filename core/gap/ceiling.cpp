@@ -176,8 +176,8 @@ Ceiling ceiling_of(const Plant& bare, const std::vector<FitRecord>& fitted, cons
   const PlantFit trained = fit_plant(bare, {}, fitted, pieces.plant_solver, {kIterations, nullptr, false});
   const PlantFit tested = fit_plant(bare, {}, held_out, pieces.plant_solver, {kIterations, nullptr, false});
   if (trained.error.empty() || tested.error.empty()) return no_ceiling(location, "the plant cannot follow the drives");
-  const Reconstruction taught = reconstruct(trained, fitted, location);
-  Reconstruction asked = reconstruct(tested, held_out, location);
+  const ForceReconstruction taught = reconstruct_force(trained, fitted, location);
+  ForceReconstruction asked = reconstruct_force(tested, held_out, location);
   for (const std::string& why_not : {taught.why_not, asked.why_not})
     if (!why_not.empty()) return no_ceiling(location, why_not);
 

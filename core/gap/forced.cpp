@@ -74,8 +74,9 @@ double inner_misfit(const std::vector<Matrix>& residuals) {
   return count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
 }
 
-Reconstruction reconstruct(const PlantFit& fit, const std::vector<FitRecord>& records, const std::string& location) {
-  Reconstruction best;
+ForceReconstruction reconstruct_force(const PlantFit& fit, const std::vector<FitRecord>& records,
+                                      const std::string& location) {
+  ForceReconstruction best;
   PlantFit rest = fit;
   double misfit = std::numeric_limits<double>::infinity();
   for (int step = 0; step < kSteps; ++step) {

@@ -32,7 +32,7 @@ Matrix faded(const Matrix& residual);
 double inner_misfit(const std::vector<Matrix>& residuals);
 
 /// The forces at a place that explain the residuals of a plant best.
-struct Reconstruction {
+struct ForceReconstruction {
   std::string why_not;         ///< empty where it was possible
   std::vector<Vector> forces;  ///< one a record, N
   ForcedPlant forced;
@@ -41,6 +41,7 @@ struct Reconstruction {
 
 /// unknown_signal, and again of what it leaves as long as that pays: its linear plant does not know how stiff the
 /// moving one is. @param fit, records, location as force_at
-Reconstruction reconstruct(const PlantFit& fit, const std::vector<FitRecord>& records, const std::string& location);
+ForceReconstruction reconstruct_force(const PlantFit& fit, const std::vector<FitRecord>& records,
+                                      const std::string& location);
 
 }  // namespace wheelhop
