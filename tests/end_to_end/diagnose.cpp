@@ -90,7 +90,7 @@ TEST_CASE("an asymmetric damper is named at its element, closes the gap, and the
   CHECK(get_parameter(corrected, "suspension.asymmetric_damper.asymmetry") == Approx(0.25).epsilon(0.1));
 }
 
-TEST_CASE("where nothing is missing no effect is named, and a wrong parameter is named as one") {
+TEST_CASE("where nothing is missing no effect is named, and a wrong parameter is named as one", "[slow]") {
   const Plant nominal = plant_from(quarter_car_text);
   std::string out;
   {

@@ -57,7 +57,7 @@ void write_record(const Folder& folder, const std::function<void(Table&)>& edit,
 
 }  // namespace
 
-TEST_CASE("a model identified from generated records follows the validation record, from its file as well") {
+TEST_CASE("a model identified from generated records follows the validation record, from its file as well", "[slow]") {
   const Folder folder;
   prepare(folder);
   const Said said = identify(folder);

@@ -34,7 +34,7 @@ std::string command(const Folder& folder, const std::string& out, const std::str
 
 }  // namespace
 
-TEST_CASE("a second run, with another number of jobs, writes the same table byte for byte") {
+TEST_CASE("a second run, with another number of jobs, writes the same table byte for byte", "[slow]") {
   const Folder folder;
   write_config(folder);
   const Said first = run_program(command(folder, "a", "--jobs 1 --quiet"), "PATH=/nowhere");
@@ -82,7 +82,7 @@ TEST_CASE("a second run, with another number of jobs, writes the same table byte
   CHECK(table.find(folder.path().string()) == std::string::npos);
 }
 
-TEST_CASE("another seed gives other numbers, and noise brings the residual over the noise into the table") {
+TEST_CASE("another seed gives other numbers, and noise brings the residual over the noise into the table", "[slow]") {
   const Folder folder;
   write_config(folder, [](Json& config) { config["realisations"] = 1; });
   run_program(command(folder, "a", "--quiet"), "PATH=/nowhere");
@@ -98,7 +98,7 @@ TEST_CASE("another seed gives other numbers, and noise brings the residual over 
   }
 }
 
-TEST_CASE("a suspension with friction, memory and clearance is reproduced like any other") {
+TEST_CASE("a suspension with friction, memory and clearance is reproduced like any other", "[slow]") {
   const Folder folder;
   write_config(folder, [](Json& config) {
     Json plant = parse_json(read_file(config.at("plant").get<std::string>()), "plant.json");

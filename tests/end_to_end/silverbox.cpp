@@ -7,7 +7,8 @@
 using namespace wheelhop;
 using namespace wheelhop::test;
 
-TEST_CASE("on the Silverbox record the refined model keeps the free-run error below the bars, extrapolation included") {
+TEST_CASE("on the Silverbox record the refined model keeps the free-run error below the bars, extrapolation included",
+          "[slow]") {
   const std::filesystem::path record = std::filesystem::path(WHEELHOP_DATA) / "silverbox_snls80mv.csv.gz";
   if (!std::filesystem::exists(record)) {
     WARN("skipped: no " << record.string() << "; set WHEELHOP_DATA to the folder of the measured records");

@@ -117,7 +117,8 @@ TEST_CASE("tyres carry the weight of the car at rest, fore and aft by the lever 
   CHECK(load(1) - 40 * 9.81 == Approx(0.5 * 9.81 * 1300 * 1.5 / 2.7).epsilon(1e-9));  // tyre_fl
 }
 
-TEST_CASE("sizes are set by what re-tuning leaves: inside the range of the strength, and none without an effect") {
+TEST_CASE("sizes are set by what re-tuning leaves: inside the range of the strength, and none without an effect",
+          "[slow]") {
   blind::CaseSpec spec;
   spec.case_class = "single";
   spec.plan = std::make_shared<const blind::Plan>(plan_from(parse_json(test::quarter_car_text, "plant.json")));

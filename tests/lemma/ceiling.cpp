@@ -64,7 +64,8 @@ Plant with(const Plant& nominal, const char* law, std::vector<double> values) {
 
 }  // namespace
 
-TEST_CASE("where a law without memory is missing, a static map removes nearly what any signal at its place does") {
+TEST_CASE("where a law without memory is missing, a static map removes nearly what any signal at its place does",
+          "[slow]") {
   const Plant nominal = plant_from(quarter_car_text);
   for (const Plant& truth :
        {with(nominal, "asymmetric_damper", {850, 0.3}), with(nominal, "polynomial_spring", {0, 0, 2e9}),
@@ -81,7 +82,8 @@ TEST_CASE("where a law without memory is missing, a static map removes nearly wh
   }
 }
 
-TEST_CASE("where a law with memory is missing, or the drive is late, a static map stays clearly behind any signal") {
+TEST_CASE("where a law with memory is missing, or the drive is late, a static map stays clearly behind any signal",
+          "[slow]") {
   const Plant nominal = plant_from(quarter_car_text);
   Plant late = nominal;
   set_parameter(late, "actuator:road.delay_s", 0.012);

@@ -86,7 +86,8 @@ TEST_CASE("simulated records have the drives, the response, and the size and col
   CHECK(noise_floor(lattice).std(0) == Approx(coarse.std(0)).epsilon(0.15));
 }
 
-TEST_CASE("the placebo of a true answer names it again, the same whenever it runs, and of no gap it names nothing") {
+TEST_CASE("the placebo of a true answer names it again, the same whenever it runs, and of no gap it names nothing",
+          "[slow]") {
   const Plant nominal = plant_from(one_mass_text);
   const auto solver = make_levenberg_marquardt({});
   const auto diagnosed = [&](const RecordSet& set) {

@@ -164,7 +164,7 @@ TEST_CASE("a delay and an actuator's lag look alike below 20 Hz; a band further 
   CHECK_THAT(test.test, Catch::Contains("noise up to"));
 }
 
-TEST_CASE("a plan is made for any graph: one mass under a force, a chain with two inputs") {
+TEST_CASE("a plan is made for any graph: one mass under a force, a chain with two inputs", "[slow]") {
   for (const std::string& text : {one_mass_text, chain_text}) {
     const Plant plant = plant_from(text);
     CAPTURE(plant.name);

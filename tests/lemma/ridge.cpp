@@ -148,7 +148,8 @@ TEST_CASE("an even power that the record calls for is kept, and those above it a
   CHECK(found->model.map->to_json().at("options") == Json{{"degree", 4}, {"odd", false}});
 }
 
-TEST_CASE("no polynomial is offered for two directions, two outputs, no factory, or where the units do better") {
+TEST_CASE("no polynomial is offered for two directions, two outputs, no factory, or where the units do better",
+          "[slow]") {
   std::shared_ptr<StaticMap> two = make_mlp(kOrder + 1, 1, {.hidden_units = 2});
   two->alpha << 0.8, 0, 0, 0.1, 0, 0.8, 0, -0.1;
   two->W << -0.5, 0.5;

@@ -58,7 +58,8 @@ Vector inner(const Vector& x) { return x.segment(200, kSamples - 400); }
 
 }  // namespace
 
-TEST_CASE("a force between two masses, or on one, is reconstructed: a law's sign is minus that of a force input") {
+TEST_CASE("a force between two masses, or on one, is reconstructed: a law's sign is minus that of a force input",
+          "[slow]") {
   const Plant nominal = plant_from(chain_text);
   for (const std::string place : {"lower", "upper", "foot", "guide:mid"}) {
     CAPTURE(place);
