@@ -66,7 +66,7 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   diagnosis.closure_of_retuning = 1 - (diagnosis.retuned.misfit - 1) / (diagnosis.delivered.misfit - 1);
   if (step) step("where it enters");
   diagnosis.places = locate(retuned.fit, data.fitted);
-  judge({study, options, delivered, retuned, random, step}, diagnosis);
+  judge({study, options, delivered, retuned, random, step, diagnosis.floor.power_error}, diagnosis);
   return diagnosis;
 }
 

@@ -19,7 +19,7 @@ struct DiagnoseOptions {
   Index iterations = 12;  ///< cap of each fit
   Index effects = 2;      ///< at most so many effects are named
   double block_s = 2;     ///< of the bootstrap
-  Index draws = 400;
+  Index draws = 2000;
 };
 
 struct FittedParameter {
@@ -76,7 +76,9 @@ struct Diagnosis {
   std::vector<std::string> named;  ///< "effect@location", most sure first
   Vector shares;                   ///< of the effects named in the closure, as effect_shares; empty unless several are
   std::vector<std::string> ambiguous_with;
-  Closure closure;  ///< of what the answer removes
+  /// Of what re-tuning leaves, by the plant with the answer; of a parameter: of the gap as delivered. 0 and no interval
+  /// of an answer that is no plant: nothing missing, rounding, a place outside the catalogue.
+  Closure closure;
   double closure_of_retuning = 0;
   Plant plant;          ///< with the answer
   Plant retuned_plant;  ///< re-tuned inside the tolerances, without any effect

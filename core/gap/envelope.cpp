@@ -21,10 +21,10 @@ double rings_on_s(const Plant& plant) {
   return longest;
 }
 
-Closure closure_of(const Matrix& before, const Matrix& after, Index block, Index draws, Random& random) {
+Closure closure_of(const Matrix& before, const Matrix& after, Index block, const Bootstrap& bootstrap, Random& random) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   if (before.cols() == 0) return {nan, nan, nan};
-  return closure(block_misfits(before, block), block_misfits(after, block), draws, random);
+  return closure(block_misfits(before, block), block_misfits(after, block), bootstrap, random);
 }
 
 }  // namespace
@@ -52,7 +52,7 @@ std::vector<char> outside_samples(const MotionEnvelope& envelope, const Trajecto
 
 BeyondEnvelope beyond_envelope(const PlantFit& before, const PlantFit& after, const std::vector<FitRecord>& records,
                                const MotionEnvelope& training, const std::vector<Trajectory>& motion, Index block,
-                               Index draws, Random& random) {
+                               const Bootstrap& bootstrap, Random& random) {
   BeyondEnvelope result;
   const Index p = after.plant.sensor_count();
   const double sampling_hz = after.plant.hold_hz() / static_cast<double>(records.front().ratio);
@@ -88,8 +88,8 @@ BeyondEnvelope beyond_envelope(const PlantFit& before, const PlantFit& after, co
   std::stable_sort(result.excursions.begin(), result.excursions.end(),
                    [](const Excursion& a, const Excursion& b) { return a.beyond > b.beyond; });
   const auto pick = [](const Matrix& r, const std::vector<Index>& which) { return Matrix(r(Eigen::all, which)); };
-  result.inside = closure_of(pick(r_before, columns[0]), pick(r_after, columns[0]), block, draws, random);
-  result.outside = closure_of(pick(r_before, columns[1]), pick(r_after, columns[1]), block, draws, random);
+  result.inside = closure_of(pick(r_before, columns[0]), pick(r_after, columns[0]), block, bootstrap, random);
+  result.outside = closure_of(pick(r_before, columns[1]), pick(r_after, columns[1]), block, bootstrap, random);
   result.flagged = result.outside.value < 0 || result.outside.value < result.inside.value - kWorse;
   return result;
 }

@@ -37,9 +37,9 @@ struct BeyondEnvelope {
 /// Closure inside and outside of what training has seen. What the sensors read rings on after an excursion; samples up
 /// to one time constant of the plant's slowest oscillation behind it count as outside too.
 /// @param before, after two plants' fits over the same held-out records   @param motion of one of them there
-/// @param block samples, @param draws of the bootstrap, as of `closure`
+/// @param block samples   @param bootstrap of `closure`
 BeyondEnvelope beyond_envelope(const PlantFit& before, const PlantFit& after, const std::vector<FitRecord>& records,
                                const MotionEnvelope& training, const std::vector<Trajectory>& motion, Index block,
-                               Index draws, Random& random);
+                               const Bootstrap& bootstrap, Random& random);
 
 }  // namespace wheelhop

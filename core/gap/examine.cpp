@@ -70,7 +70,7 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
   out.beyond_known = true;
   out.beyond = beyond_envelope(out.stages[1].fit, out.stages[2].fit, out.records,
                                motion_envelope(trajectories(training, fitted), fitted), out.stages[2].motion, block,
-                               options.draws, random);
+                               {options.draws, floor.power_error}, random);
   return out;
 }
 

@@ -47,7 +47,7 @@ int telling_stage(const Examination& examination);
 
 struct ExamineOptions {
   double block_s = 2;
-  Index draws = 400;
+  Index draws = 2000;
   Index iterations = 12;
   std::string ceiling = {};            ///< place whose ceilings are wanted; empty: of none
   const StaticMap* map = nullptr;      ///< two inputs, one output: the family of the static map; not null if they are

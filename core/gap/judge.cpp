@@ -41,7 +41,7 @@ void name_parameter(const GapCase& c, const Rival& rival, Diagnosis& diagnosis) 
   diagnosis.named = {rival.name()};
   diagnosis.corrected = best.stage;
   diagnosis.plant = best.fit.plant;
-  diagnosis.closure = closure(c.delivered.stage.blocks, best.stage.blocks, c.options.draws, c.random);
+  diagnosis.closure = c.closure_between(c.delivered.stage, best.stage);
   const FittedParameter fitted = fitted_parameters(best.fit, free, 0)[rival.hypothesis];
   diagnosis.suspects = {
       {rival.effect, rival.location, "", rival.probability, best.stage.misfit, diagnosis.closure, {fitted}}};
@@ -51,7 +51,7 @@ void name_nothing(const GapCase& c, Diagnosis& diagnosis) {
   diagnosis.outcome = GapOutcome::none;
   diagnosis.corrected = c.retuned.stage;
   diagnosis.plant = c.retuned.fit.plant;
-  diagnosis.closure = closure(c.delivered.stage.blocks, c.retuned.stage.blocks, c.options.draws, c.random);
+  diagnosis.closure = kNothingAdded;
 }
 
 /// What an unknown signal at a location leaves, over what it leaves at the best place; 1 where it is not known.
@@ -92,7 +92,7 @@ Suspect suspect_of(const GapCase& c, const Rival& rival, const Hypothesis& hypot
           hypothesis.effects.back().form,
           rival.probability,
           hypothesis.stage.misfit,
-          closure(c.retuned.stage.blocks, hypothesis.stage.blocks, c.options.draws, c.random),
+          c.closure_between(c.retuned.stage, hypothesis.stage),
           fitted_parameters(hypothesis.fit, hypothesis.parameters, c.study.tolerances.size())};
 }
 
@@ -156,7 +156,7 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
   find_separating_test(c, diagnosis);
   diagnosis.corrected = answer.stage;
   diagnosis.plant = answer.fit.plant;
-  diagnosis.closure = closure(c.retuned.stage.blocks, answer.stage.blocks, c.options.draws, c.random);
+  diagnosis.closure = c.closure_between(c.retuned.stage, answer.stage);
   const double explained = (c.retuned.chi2 - answer.chi2) / std::max(gap, 1.0);
   const double held = kHeld - kHeldSlope * std::max(kHeld - explained, 0.0);
   for (Suspect& suspect : diagnosis.suspects) suspect.probability *= std::max(held, 0.0);

@@ -29,7 +29,11 @@ struct GapCase {
   const Hypothesis& retuned;
   Random& random;
   const std::function<void(const std::string&)>& step;
+  double floor_error;  ///< NoiseFloor::power_error
   double floor_chi2() const { return study.data.samples; }
+  Closure closure_between(const GapStage& before, const GapStage& after) const {
+    return closure(before.blocks, after.blocks, {options.draws, floor_error}, random);
+  }
 };
 
 /// Values and standard deviations of a fit's parameters from number `first` on; 0 where it is not linearised.

@@ -10,7 +10,7 @@ namespace wheelhop {
 namespace {
 
 constexpr double kOwnDoing = 0.04;  // share of an unknown signal that states explain, below which it is from outside
-constexpr double kClearly = 0.1;    // of that share, by which another place of those that enter alike explains more
+constexpr double kClearly = 0.05;   // of that share, by which another place of those that enter alike explains more
 constexpr double kNearly = 1.5;     // leftover over that of the best place, up to which the motion decides between them
 constexpr double kRounded = 0.15;   // share of the floor that rounding makes, from which the converter is named
 constexpr double kRoundingSeen = 0.95;  // probability of a lattice that was seen in the readings
@@ -39,6 +39,10 @@ std::vector<std::string> entries_of(const Place& place) {
 void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
   diagnosis.outcome = GapOutcome::located_not_in_catalogue;
   diagnosis.ambiguous_with.clear();
+  // What fits a part of the gap without being its cause is no correction: it may do harm under another drive.
+  diagnosis.corrected = c.retuned.stage;
+  diagnosis.plant = c.retuned.fit.plant;
+  diagnosis.closure = kNothingAdded;
   // What fits by chance says nothing of the place; the leftovers do.
   locate_by_leftover(diagnosis);
   if (diagnosis.locations.empty()) {

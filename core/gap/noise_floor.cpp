@@ -12,10 +12,12 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kMeetings = 4;      // readings a step of the lattice
-constexpr double kOnLattice = 1e-3;  // of a step, by which a reading may lie beside it: digits of a file
-constexpr Index kColourBands = 24;   // in which the density of the noise is looked at
-constexpr double kSameDrive = 0.05;  // repeats whose measured inputs differ by more are repeats of something else
+constexpr double kMeetings = 4;         // readings a step of the lattice
+constexpr double kOnLattice = 1e-3;     // of a step, by which a reading may lie beside it: digits of a file
+constexpr Index kColourBands = 24;      // in which the density of the noise is looked at
+constexpr Index kErrorBlocks = 20;      // of time, whose scatter tells the error of the noise power
+constexpr double kEstimateError = 0.1;  // of the power that the quiet end tells
+constexpr double kSameDrive = 0.05;     // repeats whose measured inputs differ by more are repeats of something else
 
 using Group = std::vector<const Record*>;
 
@@ -90,6 +92,28 @@ double colour_of(const Matrix& noise) {
   return largest;
 }
 
+/// Standard error of the mean of |noise / std|^2 over channels and groups.
+double error_of_power(const std::vector<Group>& groups, ConstVectorRef std) {
+  std::vector<double> powers;
+  for (const Group& group : groups) {
+    const Matrix mean = mean_outputs(group);
+    const Index block = mean.cols() / kErrorBlocks;
+    if (group.size() < 2 || block == 0) continue;
+    const double degrees = static_cast<double>((static_cast<Index>(group.size()) - 1) * block * mean.rows());
+    for (Index b = 0; b < kErrorBlocks; ++b) {
+      double power = 0;
+      for (const Record* record : group)
+        power +=
+            ((record->signal.y - mean).middleCols(b * block, block).array().colwise() / std.array()).square().sum();
+      powers.push_back(power / degrees);
+    }
+  }
+  if (powers.size() < 2) return kEstimateError;
+  const Eigen::Map<const Vector> all(powers.data(), static_cast<Index>(powers.size()));
+  const double count = static_cast<double>(all.size());
+  return std::sqrt((all.array() - all.mean()).square().sum() / (count * (count - 1)));
+}
+
 }  // namespace
 
 std::string to_string(FloorSource source) {
@@ -120,7 +144,8 @@ NoiseFloor noise_floor(const RecordSet& set) {
   const Index p = static_cast<Index>(outputs.size());
   NoiseFloor floor;
   Vector within = Vector::Zero(p);
-  for (const Group& group : groups_of(set)) {
+  const std::vector<Group> groups = groups_of(set);
+  for (const Group& group : groups) {
     if (group.size() < 2) continue;
     check_repeats(group);
     const Matrix mean = mean_outputs(group);
@@ -151,6 +176,7 @@ NoiseFloor noise_floor(const RecordSet& set) {
       floor.degrees += record.signal.samples();
     }
     floor.std = (power / static_cast<double>(floor.degrees)).cwiseSqrt();
+    floor.power_error = kEstimateError;
   }
   for (Index i = 0; i < p; ++i)
     if (!(floor.std(i) > 0) || !std::isfinite(floor.std(i)))
@@ -158,6 +184,7 @@ NoiseFloor noise_floor(const RecordSet& set) {
           fmt::format("output \"{}\": no noise floor can be told ({}): the channel is constant, or the same "
                       "in every repeat to the last digit; give its noise_std in the record set",
                       outputs[static_cast<std::size_t>(i)].name, to_string(floor.source)));
+  if (floor.source == FloorSource::repeats) floor.power_error = error_of_power(groups, floor.std);
   return floor;
 }
 

@@ -17,6 +17,9 @@ struct NoiseFloor {
   FloorSource source = FloorSource::estimated;
   Vector std;         ///< p, of one record, in the units of the outputs; > 0
   Index degrees = 0;  ///< samples behind each value of std
+  /// Standard error of the noise power, in units of std^2 and averaged over the channels: from repeats by blocks of
+  /// time, so that coloured noise counts for as little as it tells; 0 of a given `noise_std`, a tenth of an estimate.
+  double power_error = 0;
   /// Largest density of the noise over its mean density, over all channels: 1 for white noise. What a signal of one
   /// band seems to explain by chance grows by it. From repeats; 1 where there are none.
   double colour = 1;

@@ -31,10 +31,11 @@ bool move_parameters(Plant& plant, const std::vector<FitParameter>& parameters, 
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const double start = get_parameter(plant, parameters[i].name);
     double value = start + theta(static_cast<Index>(i)) * parameters[i].scale;
-    if (!std::isfinite(value) || value * start < 0) return false;
+    if (!std::isfinite(value)) return false;
     for (const PlantParameter& parameter : known)
       if (parameter.name == parameters[i].name)
         value = std::clamp(value, std::min(parameter.range.low, start), std::max(parameter.range.high, start));
+    if (value * start < 0) return false;
     set_parameter(plant, parameters[i].name, value);
   }
   return true;

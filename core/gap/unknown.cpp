@@ -14,10 +14,11 @@ namespace wheelhop {
 namespace {
 
 constexpr double kWindows_s[] = {0.25, 0.5, 2};  // over which a law that changes with time stays as it is
-constexpr Index kSurrogates = 8;
-constexpr Index kMemory = 3;     // samples back, every second
-constexpr double kRidge = 1e-6;  // of the largest feature's power
-constexpr Index kFade = 20;      // the twentieth at either end in which an unknown signal fades
+constexpr Index kSurrogates = 16;                // times, the signal's own among them
+constexpr double kBeyondChance = 1.2;            // of what they explain at best
+constexpr Index kMemory = 3;                     // samples back, every second
+constexpr double kRidge = 1e-6;                  // of the largest feature's power
+constexpr Index kFade = 20;                      // the twentieth at either end in which an unknown signal fades
 
 /// A travel or position [m], and its rate.
 struct Moved {
@@ -99,20 +100,21 @@ double explained_by_window(const Vector& value, const Moved& own, Index window, 
   return power > 0 ? 1 - left / power : 0;
 }
 
-/// The same for laws that change with time, the best place's and window's, beyond what chance explains: that is what
-/// the motion of other times does.
+/// The same for laws that change with time, the best place's and window's: beyond what the motion of other times
+/// explains on average, and 0 unless it is clearly more than the most that any of those does at its best place.
 double explained_locally(const Vector& value, const std::vector<Moved>& moved, double sampling_hz) {
-  double best = 0;
+  Vector best = Vector::Zero(kSurrogates);  // of the signal's own time, then of other times
   for (const Moved& own : moved)
     for (const double window_s : kWindows_s) {
       const auto window = static_cast<Index>(std::llround(window_s * sampling_hz));
       if (window < 8 || window > value.size() / kSurrogates) continue;
-      double chance = 0;
-      for (Index k = 1; k < kSurrogates; ++k)
-        chance += explained_by_window(value, own, window, k * value.size() / kSurrogates) / (kSurrogates - 1);
-      best = std::max(best, (explained_by_window(value, own, window, 0) - chance) / (1 - chance));
+      Vector share(kSurrogates);
+      for (Index k = 0; k < kSurrogates; ++k)
+        share(k) = explained_by_window(value, own, window, k * value.size() / kSurrogates);
+      const double chance = share.tail(kSurrogates - 1).mean();
+      best = best.cwiseMax((share.array() - chance).matrix() / (1 - chance));
     }
-  return best;
+  return best(0) > kBeyondChance * best.tail(kSurrogates - 1).maxCoeff() ? best(0) : 0;
 }
 
 }  // namespace

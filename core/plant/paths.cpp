@@ -167,7 +167,10 @@ Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_
         if (plant.sensors[static_cast<std::size_t>(other)].name == channel) y += factor * ideal.row(other).transpose();
     y = apply_lag(path.lag, y, rate_hz);
     if (path.bias != 0 || path.drift_per_s != 0)
-      for (Index k = 0; k < y.size(); ++k) y(k) += path.bias + path.drift_per_s * static_cast<double>(k) / rate_hz;
+      for (Index k = 0; k < y.size(); ++k) {
+        const double t = static_cast<double>(k) / rate_hz, settling = path.drift_settling_per_s;
+        y(k) += path.bias + path.drift_per_s * (settling > 0 ? -std::expm1(-settling * t) / settling : t);
+      }
     readings.row(i) = y.transpose();
   }
   quantise(plant, readings);

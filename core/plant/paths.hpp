@@ -10,8 +10,10 @@
 ///   `"sampling_phase": 0` in [0, 1]: at a sampling instant the plant still feels the drive this share of a hold
 ///   interval earlier. A delay or lag behind the hold does that, since the step of the drive then falls between two
 ///   samples, and so do converters that are not in step; accelerometers on what the drive moves see it at once.
-/// Sensor: `"gain": 1, "crosstalk": {CHANNEL: factor}, "lag": {...}, "bias": 0, "drift_per_s": 0, "quantum": 0`; the
-///   record holds round(lag(gain y + sum factor y_CHANNEL) + bias + drift_per_s t), t from the record's first sample.
+/// Sensor: `"gain": 1, "crosstalk": {CHANNEL: factor}, "lag": {...}, "bias": 0, "drift_per_s": 0,
+/// "drift_settling_per_s": 0, "quantum": 0`;
+///   the record holds round(lag(gain y + sum factor y_CHANNEL) + bias + drift_per_s (1 - exp(-k t)) / k), t from the
+///   record's first sample, k the settling rate: a warm-up of time constant 1 / k, and drift_per_s t for k = 0.
 /// `lag`: `{"time_constant_s": tau}` is 1 / (1 + tau s); `{"cutoff_hz": f, "damping_ratio": 0.7}` is
 ///   w^2 / (s^2 + 2 zeta w s + w^2), w = 2 pi f.
 /// Plant: `"clock_skew": e`, the drive's clock runs 1 + e times as fast as that of the record.
@@ -47,6 +49,7 @@ struct SensorPath {
   double gain = 1;
   double bias = 0;
   double drift_per_s = 0;
+  double drift_settling_per_s = 0;
   double quantum = 0;  ///< step of the converter; 0: none
   Lag lag = {};
   std::vector<std::pair<std::string, double>> crosstalk = {};  ///< by channel: what of its ideal reading is added
@@ -78,6 +81,7 @@ void visit_sensor_path(AnyPath& path, const std::string& unit, Visit visit) {
   visit("gain", "-", path.gain, ideal.gain, Range{});
   visit("bias", unit, path.bias, ideal.bias, Range{});
   visit("drift_per_s", unit + "/s", path.drift_per_s, ideal.drift_per_s, Range{});
+  visit("drift_settling_per_s", "1/s", path.drift_settling_per_s, ideal.drift_settling_per_s, Range{.low = 0});
   visit_lag(path.lag, visit);
   visit("quantum", unit, path.quantum, ideal.quantum, Range{.low = 0});
 }

@@ -23,14 +23,36 @@ TEST_CASE(
   Random random = numbers(602);
   const Vector before = 5 + random.normal(30, 1).array().abs();
   const Vector floor = Vector::Ones(30);
-  CHECK(closure(before, floor, 200, random).value == Approx(1));
-  CHECK(closure(before, before, 200, random).value == Approx(0).margin(1e-12));
-  CHECK(closure(before, 2 * before, 200, random).value < 0);
+  CHECK(closure(before, floor, {200}, random).value == Approx(1));
+  CHECK(closure(before, before, {200}, random).value == Approx(0).margin(1e-12));
+  CHECK(closure(before, 2 * before, {200}, random).value < 0);
   const Vector noisy = 1.5 + 0.4 * random.normal(30, 1).array();
-  const Closure some = closure(before, noisy, 400, random);
+  const Closure some = closure(before, noisy, {400}, random);
   CHECK(some.low < some.value);
   CHECK(some.value < some.high);
-  CHECK(std::isnan(closure(0.9 * floor, floor, 10, random).value));  // nothing to close
+  // A floor that is not known well widens the interval by its error over the gap.
+  const Closure vague = closure(before, floor, {2000, 0.1}, random), sure = closure(before, floor, {2000}, random);
+  CHECK(sure.high - sure.low < 1e-12);
+  CHECK(1 - vague.low == Approx(1.96 * 0.1 / (before.mean() - 1)).epsilon(0.15));
+  CHECK(vague.high == 1);
+  CHECK(std::isnan(closure(0.9 * floor, floor, {10}, random).value));  // nothing to close
+}
+
+TEST_CASE("nine of ten closure intervals hold the true share, few blocks and a vague floor included") {
+  Random random = numbers(603);
+  constexpr Index trials = 400, blocks = 20;
+  for (const double left : {0.0, 0.02, 0.3}) {
+    Index inside = 0;
+    for (Index trial = 0; trial < trials; ++trial) {
+      const double floor_error = 0.04, noise = 1 + floor_error * random.normal();
+      const Vector own = noise * (1 + 0.05 * random.normal(blocks, 1).array());  // of the held-out record
+      const Vector gap = 2 * (1 + 0.4 * random.normal(blocks, 1).array());
+      const Closure told = closure(own + gap, own + left * gap, {500, floor_error}, random);
+      inside += told.low <= 1 - left && 1 - left <= told.high;
+    }
+    CAPTURE(left);
+    CHECK(static_cast<double>(inside) / trials == Approx(0.9).margin(0.07));
+  }
 }
 
 TEST_CASE("rivals share their probability by misfit and blocks, equals equally, and none is ever certain") {

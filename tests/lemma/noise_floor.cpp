@@ -32,10 +32,10 @@ Signal response() {
 }
 
 /// `repeats` noisy records of one drive. @param colour coefficient of first-order noise
-RecordSet noisy(Index repeats, const Vector& std, double colour = 0) {
+RecordSet noisy(Index repeats, const Vector& std, double colour = 0, std::uint64_t seed = 501) {
   RecordSet set;
   set.sampling_hz = 200;
-  Random random = numbers(501);
+  Random random = numbers(seed);
   for (Index r = 0; r < repeats; ++r) {
     Record record{"r" + std::to_string(r) + ".csv", "estimation", repeats > 1 ? "drive" : "", 0, response()};
     Matrix noise = random.normal(2, kSamples);
@@ -60,6 +60,21 @@ TEST_CASE("repeats give the noise of one record, whatever its colour and however
       CHECK(floor.degrees == (repeats - 1) * kSamples);
       for (Index i = 0; i < 2; ++i) CHECK(floor.std(i) == Approx(kStd(i)).epsilon(0.07));
     }
+}
+
+TEST_CASE("the error told of the noise power is the scatter of that power, coloured noise included") {
+  constexpr std::uint64_t sets = 40;
+  for (const double colour : {0.0, 0.95}) {
+    CAPTURE(colour);
+    double scatter = 0, told = 0;
+    for (std::uint64_t seed = 0; seed < sets; ++seed) {
+      const NoiseFloor floor = noise_floor(noisy(2, kStd, colour, 7000 + seed));
+      const double power = floor.std.cwiseQuotient(kStd).squaredNorm() / 2;
+      scatter += (power - 1) * (power - 1) / static_cast<double>(sets);
+      told += floor.power_error * floor.power_error / static_cast<double>(sets);
+    }
+    CHECK(told == Approx(scatter).epsilon(0.5));
+  }
 }
 
 TEST_CASE("the mean of R repeats keeps the response and carries the floor over sqrt(R)") {

@@ -167,6 +167,10 @@ TEST_CASE("a sensor's gain, bias, drift, crosstalk, lag and quantum change its c
   const Eigen::RowVectorXd drift = with({.drift_per_s = 0.1}) - own;
   CHECK(drift(0) == 0);
   CHECK(drift(600) == Approx(0.3));
+  const Eigen::RowVectorXd warm_up = with({.drift_per_s = 0.1, .drift_settling_per_s = 0.5}) - own;
+  CHECK(warm_up(600) == Approx(0.2 * (1 - std::exp(-1.5))));
+  const Eigen::RowVectorXd hardly = with({.drift_per_s = 0.1, .drift_settling_per_s = 1e-9}) - own;
+  CHECK((hardly - drift).cwiseAbs().maxCoeff() < 1e-8);
   CHECK((with({.crosstalk = {{"wheel_acc", -0.02}}}) - own + 0.02 * other).norm() < 1e-14 * own.norm());
   const Eigen::RowVectorXd steps = with({.quantum = 0.05});
   CHECK((steps - own).cwiseAbs().maxCoeff() <= 0.025 + 1e-12);
@@ -208,7 +212,8 @@ TEST_CASE("paths read back what they write, and their numbers are parameters wit
   Json text = Json::parse(quarter_car_text);
   text["inputs"][0].update(Json::parse(R"({"gain": 0.97, "offset": 0.001, "delay_s": 0.0021,
     "lag": {"cutoff_hz": 35, "damping_ratio": 0.7}, "rate_limit": 1.2, "saturation": 0.06})"));
-  text["sensors"][1].update(Json::parse(R"({"gain": 1.02, "bias": 0.1, "drift_per_s": 0.01,
+  text["sensors"][1].update(
+      Json::parse(R"({"gain": 1.02, "bias": 0.1, "drift_per_s": 0.01, "drift_settling_per_s": 0.02,
     "lag": {"time_constant_s": 0.004}, "crosstalk": {"wheel_acc": 0.02}, "quantum": 0.01})"));
   text["clock_skew"] = 5e-5;
   Plant plant = plant_from(text.dump());

@@ -203,7 +203,7 @@ TEST_CASE("closure is told apart inside and beyond what training has seen, and a
   }
   Random draws = numbers(812);
   const BeyondEnvelope found =
-      beyond_envelope(held.fit, after.fit, held.records, envelope, held.motion, 100, 100, draws);
+      beyond_envelope(held.fit, after.fit, held.records, envelope, held.motion, 100, {100}, draws);
   CHECK(found.inside.value > 0.8);
   CHECK(found.outside.value < -1);
   CHECK(found.flagged);
@@ -213,7 +213,7 @@ TEST_CASE("closure is told apart inside and beyond what training has seen, and a
   CHECK(found.excursions[0].variable == "suspension.travel");
   CHECK(found.excursions[0].beyond == Approx(0.25).epsilon(0.05));  // of the whole width
   const BeyondEnvelope within =
-      beyond_envelope(held.fit, after.fit, held.records, envelope, train.motion, 100, 100, draws);
+      beyond_envelope(held.fit, after.fit, held.records, envelope, train.motion, 100, {100}, draws);
   CHECK(within.time_share == 0);
   CHECK(std::isnan(within.outside.value));
   CHECK_FALSE(within.flagged);

@@ -1,6 +1,11 @@
 #include "variants/effect/effects.hpp"
 
 namespace wheelhop {
+namespace {
+
+constexpr double kSettling = 0.03;  // 1/s; electronics and strain gauges warm up in half a minute to some minutes
+
+}  // namespace
 
 std::shared_ptr<const Effect> make_drift(const EffectOptions&) {
   return effect_family("drift", [](const Plant& plant, const Operation& operation, std::vector<EffectCandidate>& list) {
@@ -9,8 +14,10 @@ std::shared_ptr<const Effect> make_drift(const EffectOptions&) {
       const double size = 0.005 * operation.output_rms(i);  // a tenth of the signal in 20 s
       if (!(size > 0)) continue;
       // A drift starts at a value of its own.
-      list.push_back(with_path(plant, "drift", place, "linear in time",
-                               {{place + ".drift_per_s", size, size}, {place + ".bias", 0, 10 * size}}));
+      list.push_back(with_path(plant, "drift", place, "warm-up",
+                               {{place + ".drift_per_s", size, size},
+                                {place + ".bias", 0, 10 * size},
+                                {place + ".drift_settling_per_s", kSettling, kSettling}}));
       list.back().either_sign = true;
       const SensorKind kind = plant.sensors[static_cast<std::size_t>(i)].kind;
       typically(list.back(), "drift_per_s",
