@@ -10,7 +10,7 @@ namespace {
 void add_blind_make(CLI::App& app, Run& run) {
   auto [command, request] =
       add_command(app, "make", "cases whose effect is withheld, with a sealed key", run, run_blind_make);
-  command.add_option("CONFIG", request.config, "sets of cases as JSON, e.g. experiments/configs/blind_singles.json")
+  command.add_option("CONFIG", request.config, "sets of cases as JSON, e.g. experiments/configs/blind_check.json")
       ->required();
   command.add_option("--out", request.out, "new folder for the cases and their manifest")->required();
   command.add_option("--key", request.key, "folder for the key and the truth, outside of --out")->required();
