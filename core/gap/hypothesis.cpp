@@ -117,12 +117,17 @@ bool same_model(const Hypothesis& a, const Hypothesis& b) {
   return to_json(other) == to_json(a.start);
 }
 
+/// True if two effects of different names are one law.
+bool twins(const Hypothesis& a, const Hypothesis& b) {
+  return name_of(a.effects.back()) != name_of(b.effects.back()) && same_model(a, b);
+}
+
 /// Friction with presliding and hysteresis are one law: what either found is the other's too, and their sizes say which
 /// name it deserves.
 void share_solutions(const Hypothesis& base, std::vector<Hypothesis>& list) {
   for (std::size_t i = 0; i < list.size(); ++i)
     for (std::size_t j = i + 1; j < list.size(); ++j) {
-      if (name_of(list[i].effects.back()) == name_of(list[j].effects.back()) || !same_model(list[i], list[j])) continue;
+      if (!twins(list[i], list[j])) continue;
       Hypothesis shared = list[i];
       shared.effects.back() = list[j].effects.back();
       shared.plausibility = base.plausibility + log_plausibility(shared.effects.back(), shared.fit.plant);
@@ -237,7 +242,11 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
   while (near < std::min(list.size(), static_cast<std::size_t>(options.polished)) &&
          list[near].chi2 - list[0].chi2 <= kNear * (base.chi2 - list[0].chi2))
     ++near;
-  tbb::parallel_for(std::size_t{0}, near, [&](std::size_t i) { polish(study, base, list[i]); });
+  std::vector<std::size_t> worth;  // a twin takes over what the better one finds
+  for (std::size_t i = 0; i < near; ++i)
+    if (std::none_of(worth.begin(), worth.end(), [&](std::size_t better) { return twins(list[better], list[i]); }))
+      worth.push_back(i);
+  tbb::parallel_for(std::size_t{0}, worth.size(), [&](std::size_t k) { polish(study, base, list[worth[k]]); });
   std::stable_sort(list.begin(), list.end(), by_chi2);
   share_solutions(base, list);
   return list;

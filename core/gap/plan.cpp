@@ -1,10 +1,13 @@
 #include "core/gap/plan.hpp"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <mutex>
 #include <numeric>
 
 #include "core/data/metrics.hpp"
@@ -210,19 +213,27 @@ Plan plan_test(const Plant& plant, const std::vector<FitRecord>& records, Index 
   nominal_outputs(plant, nominal, ignored, start, plan.message);
   for (const FitRecord& record : nominal)
     plan.menu_s = std::max(plan.menu_s, static_cast<double>(record.drive.cols()) / plant.hold_hz());
-  for (MenuDrive& item : menu_drives(plant, nominal)) {
-    say(item.name);
-    const Responses seen =
-        responses(extended(plant, item.inputs, {}), extended(candidates, item.inputs, {}), std::move(item.records));
-    if (seen.status == Status::ok) {
-      menu.push_back(read(item.name, seen, first(own), 1));
-    } else {
-      PlanView view;
-      view.name = item.name;
-      view.message = seen.message;
-      menu.push_back(std::move(view));
+  std::vector<MenuDrive> drives = menu_drives(plant, nominal);
+  std::vector<PlanView> driven(drives.size());
+  std::mutex saying;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, drives.size(), 1), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      MenuDrive& item = drives[i];
+      {
+        const std::lock_guard lock(saying);
+        say(item.name);
+      }
+      const Responses seen =
+          responses(extended(plant, item.inputs, {}), extended(candidates, item.inputs, {}), std::move(item.records));
+      if (seen.status == Status::ok) {
+        driven[i] = read(item.name, seen, first(own), 1);
+      } else {
+        driven[i].name = item.name;
+        driven[i].message = seen.message;
+      }
     }
-  }
+  });
+  std::move(driven.begin(), driven.end(), std::back_inserter(menu));
   judge(plan, std::move(menu));
   return plan;
 }
