@@ -7,13 +7,13 @@ namespace wheelhop {
 // A seat, an engine on its mounts, a top mount: a mass on a spring that the plant file does not know.
 std::shared_ptr<const Effect> make_added_mode(const EffectOptions&) {
   return effect_family("added_mode", [](const Plant& plant, const Operation&, std::vector<EffectCandidate>& list) {
-    constexpr double damping_ratio = 0.05;
+    constexpr double damping_ratio = 0.1;  // so that neighbours, half an octave apart, overlap
     for (const Mass& host : plant.masses) {
       const std::string mode = "mode_on_" + host.name;
       const auto taken = [&](const Mass& mass) { return mass.name == mode || host.name.starts_with("mode_on_"); };
       if (std::any_of(plant.masses.begin(), plant.masses.end(), taken)) continue;
       const double mass_kg = 0.05 * host.mass_kg;
-      for (const double mode_hz : {4.0, 8.0, 16.0, 32.0}) {
+      for (const double mode_hz : {4.0, 5.7, 8.0, 11.3, 16.0, 22.6, 32.0}) {
         const double omega = 2 * std::numbers::pi * mode_hz;
         const double stiffness = mass_kg * omega * omega, damping = 2 * damping_ratio * mass_kg * omega;
         Plant with_mode = plant;
