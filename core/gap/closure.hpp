@@ -23,6 +23,7 @@ struct Closure {
 inline constexpr Closure kNothingAdded{0, std::numeric_limits<double>::quiet_NaN(),
                                        std::numeric_limits<double>::quiet_NaN()};
 
+/// How the interval of a closure is drawn.
 struct Bootstrap {
   Index draws = 2000;
   double floor_error = 0;  ///< NoiseFloor::power_error: each draw takes another power for the noise, before and after
