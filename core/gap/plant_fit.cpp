@@ -6,9 +6,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/data/metrics.hpp"
 #include "core/data/resample.hpp"
+#include "core/identify/bounded_step.hpp"
 #include "core/identify/prior.hpp"
 #include "core/plant/dataset.hpp"
 #include "core/plant/linearise.hpp"
@@ -19,24 +21,46 @@ namespace {
 
 /// Step of the differences, in scales: a tolerance or a typical state is about one, and laws bend within it.
 constexpr double kStep = 1e-4;
+constexpr double kRounding = 1e-9;  // of a scale
 constexpr Index kSubsteps = 4;  // at most: a candidate with a stiffer law than that is a candidate with a bad parameter
 constexpr double kStateSpread =
     3;                             // prior of an initial state around rest, in RMS values of the states under the drive
 constexpr double kForgotten = 14;  // e-folds after which an initial state counts as forgotten
 
-/// Adds theta * scale to parameters of a plant. One that its range ends on stays there: beyond, the cost is level, and
-/// the others of a fit move on. False where a sign would change that no range forbids, or a value is not finite.
+/// Values a parameter may take: its range, on the side of 0 where it starts, and the start itself.
+Range allowed(const std::vector<PlantParameter>& known, const std::string& name, double start) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  Range range{-infinity, infinity};
+  for (const PlantParameter& parameter : known)
+    if (parameter.name == name) range = parameter.range;
+  if (start > 0) range.low = std::max(range.low, 0.0);
+  if (start < 0) range.high = std::min(range.high, 0.0);
+  return {std::min(range.low, start), std::max(range.high, start)};
+}
+
+/// Bounds of theta for move_parameters().
+Box bounds(const Plant& plant, const std::vector<FitParameter>& parameters) {
+  const std::vector<PlantParameter> known = plant_parameters(plant);
+  Box box{Vector(static_cast<Index>(parameters.size())), Vector(static_cast<Index>(parameters.size()))};
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const double start = get_parameter(plant, parameters[i].name);
+    const Range range = allowed(known, parameters[i].name, start);
+    box.lower(static_cast<Index>(i)) = (range.low - start) / parameters[i].scale;
+    box.upper(static_cast<Index>(i)) = (range.high - start) / parameters[i].scale;
+  }
+  return box;
+}
+
+/// Adds theta * scale to parameters of a plant. False where one would leave its bounds by more than rounding.
 bool move_parameters(Plant& plant, const std::vector<FitParameter>& parameters, ConstVectorRef theta) {
   const std::vector<PlantParameter> known = plant_parameters(plant);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const double start = get_parameter(plant, parameters[i].name);
-    double value = start + theta(static_cast<Index>(i)) * parameters[i].scale;
-    if (!std::isfinite(value)) return false;
-    for (const PlantParameter& parameter : known)
-      if (parameter.name == parameters[i].name)
-        value = std::clamp(value, std::min(parameter.range.low, start), std::max(parameter.range.high, start));
-    if (value * start < 0) return false;
-    set_parameter(plant, parameters[i].name, value);
+    const double value = start + theta(static_cast<Index>(i)) * parameters[i].scale;
+    const Range range = allowed(known, parameters[i].name, start);
+    const double inside = std::clamp(value, range.low, range.high);
+    if (!(std::abs(value - inside) <= kRounding * parameters[i].scale)) return false;
+    set_parameter(plant, parameters[i].name, inside);
   }
   return true;
 }
@@ -59,6 +83,11 @@ class PlantProblem final : public ResidualProblem {
   PlantProblem(const Plant& plant, const std::vector<FitParameter>& parameters, const std::vector<FitRecord>& records,
                ConstVectorRef state_scale)
       : plant_(unquantised(plant)), parameters_(parameters), records_(records), state_scale_(state_scale) {
+    const double infinity = std::numeric_limits<double>::infinity();
+    box_ = {Vector::Constant(this->parameters(), -infinity), Vector::Constant(this->parameters(), infinity)};
+    const Box of_parameters = bounds(plant_, parameters_);
+    box_.lower.head(moved()) = of_parameters.lower;
+    box_.upper.head(moved()) = of_parameters.upper;
     const LinearPlant linear = linearise(plant_);
     const double slowest = linear.A.size() > 0 ? -eigenvalues(linear.A).real().maxCoeff() : 0;
     memory_s_ = slowest > 0 ? kForgotten / slowest : std::numeric_limits<double>::infinity();
@@ -78,6 +107,7 @@ class PlantProblem final : public ResidualProblem {
   Index states() const { return state_scale_.size(); }
   Index parameters() const override { return moved() + states() * static_cast<Index>(records_.size()); }
   Index residuals() const override { return residuals_; }
+  Box box() const override { return box_; }
 
   bool residual(ConstVectorRef theta, VectorRef r) const override {
     Plant plant;
@@ -125,11 +155,12 @@ class PlantProblem final : public ResidualProblem {
     return true;
   }
 
-  /// Forward difference; backward where the step leaves the domain.
+  /// Forward difference; backward where the step leaves the bounds or the domain.
   bool column(ConstVectorRef theta, ConstVectorRef r, Index j, MatrixRef J) const {
     Vector moved_theta = theta;
     for (const double step : {kStep, -kStep}) {
       moved_theta(j) = theta(j) + step;
+      if (moved_theta(j) < box_.lower(j) || moved_theta(j) > box_.upper(j)) continue;
       Plant plant;
       bool inside = place(moved_theta, plant);
       for (std::size_t i = 0; inside && i < records_.size(); ++i) {
@@ -160,6 +191,7 @@ class PlantProblem final : public ResidualProblem {
   std::vector<FitParameter> parameters_;
   std::vector<FitRecord> records_;
   Vector state_scale_;
+  Box box_;
   double memory_s_ = 0;
   std::vector<Index> first_;
   Index residuals_ = 0;
@@ -291,6 +323,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
   const Index moved = problem.moved();
   Vector theta(problem.parameters()), mean = Vector::Zero(problem.parameters());
   theta << (options.theta.size() == moved ? options.theta : Vector(Vector::Zero(moved))), start;
+  theta = clamped(theta, problem.box());
   mean.tail(start.size()) = fit.states_at_rest;
   fit.precision = Vector::Zero(problem.parameters());
   fit.precision.tail(start.size()) = state_precision;

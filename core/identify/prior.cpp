@@ -12,6 +12,7 @@ class WithPrior final : public ResidualProblem {
 
   Index parameters() const override { return problem_.parameters(); }
   Index residuals() const override { return problem_.residuals() + parameters(); }
+  Box box() const override { return problem_.box(); }
 
   bool residual(ConstVectorRef theta, VectorRef r) const override {
     r.tail(parameters()) = prior_residual(theta);

@@ -9,13 +9,19 @@
 
 namespace wheelhop {
 
-/// Minimise 1/2 ||r(theta)||^2. Every method may answer false: theta lies outside the domain (a diverged free run),
-/// which is an answer, not an error.
+/// Bounds of theta, one value a parameter in each; both empty: none.
+struct Box {
+  Vector lower, upper;
+};
+
+/// Minimise 1/2 ||r(theta)||^2 over a box. Every method may answer false: theta lies outside the domain (a diverged
+/// free run), which is an answer, not an error.
 class ResidualProblem {
  public:
   virtual ~ResidualProblem() = default;
   virtual Index parameters() const = 0;
   virtual Index residuals() const = 0;
+  virtual Box box() const { return {}; }
 
   /// r(theta). @param r residuals() values out
   virtual bool residual(ConstVectorRef theta, VectorRef r) const = 0;
@@ -36,7 +42,7 @@ struct Solution {
   std::string message;
   Vector theta;
   double cost = 0;           ///< 1/2 ||r||^2 at theta
-  double gradient_norm = 0;  ///< largest scaled gradient component, |J_i'r| / (|J_i| |r|)
+  double gradient_norm = 0;  ///< largest scaled gradient component inside the box, |J_i'r| / (|J_i| |r|)
   Index iterations = 0;
 };
 
@@ -44,7 +50,8 @@ class Solver {
  public:
   virtual ~Solver() = default;
   virtual std::string name() const = 0;
-  /// @param iterations cap on outer iterations, >= 1
+  /// @param theta0 inside the problem's box, as every theta asked for later   @param iterations cap on outer
+  /// iterations, >= 1
   virtual Solution minimise(const ResidualProblem& problem, ConstVectorRef theta0, Index iterations) const = 0;
 };
 

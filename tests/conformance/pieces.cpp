@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/identify/bounded_step.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/inversion/sdi.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
@@ -50,12 +51,15 @@ class Rosenbrock final : public ResidualProblem {
     J << -20 * x(0), 10, -1, 0;
     return residual(x, r);
   }
+  Box box() const override { return box_of_theta; }
   double limit = std::numeric_limits<double>::infinity();  // the domain ends here
+  Box box_of_theta;
 };
 
 class Linear final : public ResidualProblem {
  public:
-  Linear(Matrix A, Vector b) : A_(std::move(A)), b_(std::move(b)) {}
+  Linear(Matrix A, Vector b, Box box = {}) : A_(std::move(A)), b_(std::move(b)), box_(std::move(box)) {}
+  Box box() const override { return box_; }
   Index parameters() const override { return A_.cols(); }
   Index residuals() const override { return A_.rows(); }
   bool residual(ConstVectorRef x, VectorRef r) const override {
@@ -70,7 +74,21 @@ class Linear final : public ResidualProblem {
  private:
   Matrix A_;
   Vector b_;
+  Box box_;
 };
+
+/// Karush, Kuhn & Tucker for 1/2 ||A x - b||^2 in a box: inside, and the gradient 0 but where it presses on a bound.
+void check_minimum(const Matrix& A, const Vector& b, const Vector& x, const Box& box) {
+  CHECK((x - box.lower).minCoeff() >= 0);
+  CHECK((box.upper - x).minCoeff() >= 0);
+  const Vector gradient = A.transpose() * (A * x - b);
+  const double small = 1e-4 * (A.transpose() * b).norm();
+  for (Index i = 0; i < x.size(); ++i) {
+    const bool low = x(i) - box.lower(i) < 1e-9, high = box.upper(i) - x(i) < 1e-9;
+    CAPTURE(i, x(i), gradient(i));
+    CHECK((std::abs(gradient(i)) < small || (low && gradient(i) > 0) || (high && gradient(i) < 0)));
+  }
+}
 
 const Vector kValleyStart = (Vector(2) << -1.2, 1).finished();
 
@@ -229,6 +247,32 @@ TEST_CASE("solvers: Rosenbrock's valley is followed to its end, the same way eac
     CHECK(found.cost < 1e-12);
     CHECK(same_bits(found.theta, again.theta));
     CHECK(found.iterations == again.iterations);
+  }
+}
+
+TEST_CASE("solvers: in a box they find the minimum there, on its faces and corners and inside") {
+  Random random = numbers(97);
+  for (int trial = 0; trial < 30; ++trial) {
+    const Matrix A = random.normal(12, 5);
+    const Vector b = 3 * random.normal(12, 1);
+    Box box{-random.normal(5, 1).cwiseAbs(), 0.3 * random.normal(5, 1).cwiseAbs()};
+    if (trial % 3 == 0) box.lower(2) = -std::numeric_limits<double>::infinity();
+    check_minimum(A, b, bounded_least_squares(A, b, box), box);
+    const Vector start = trial % 2 == 0 ? Vector(Vector::Zero(5)) : box.upper;
+    for (const SolverPiece& solver : pieces_of(solver_table())) {
+      CAPTURE(solver->name(), trial);
+      const Solution found = solver->minimise(Linear(A, b, box), start, 200);
+      CAPTURE(found.message, found.iterations);
+      check_minimum(A, b, found.theta, box);
+    }
+  }
+  Rosenbrock valley;
+  valley.box_of_theta = {Vector::Constant(2, -2), (Vector(2) << 0.5, 2).finished()};
+  for (const SolverPiece& solver : pieces_of(solver_table())) {
+    const Solution found = solver->minimise(valley, kValleyStart, 200);
+    CHECK(found.status == Status::ok);
+    CHECK(found.theta(0) == 0.5);
+    CHECK(found.theta(1) == Approx(0.25).epsilon(1e-6));
   }
 }
 

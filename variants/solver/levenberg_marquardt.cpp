@@ -1,7 +1,8 @@
 #include "variants/solver/levenberg_marquardt.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
+
+#include "core/identify/bounded_step.hpp"
 
 namespace wheelhop {
 namespace {
@@ -24,12 +25,13 @@ class LevenbergMarquardt final : public Solver {
     best.status = Status::iteration_limit;
     double damping = options_.initial_damping, growth = 2;
     Index small_steps = 0;
+    const Box box = problem.box();
     Vector scale = Vector::Zero(problem.parameters());
     for (best.iterations = 0; best.iterations < iterations; ++best.iterations) {
       // A parameter without influence has a zero column; a floor keeps its equation solvable (its step is then 0).
       scale = scale.cwiseMax(H.diagonal());
       const Vector floor = scale.cwiseMax(1e-14 * scale.maxCoeff() + 1e-300);
-      best.gradient_norm = scaled_gradient(gradient, H.diagonal(), best.cost);
+      best.gradient_norm = scaled_gradient(projected_gradient(gradient, best.theta, box), H.diagonal(), best.cost);
       if (best.gradient_norm < 1e-10 || best.cost == 0) {
         best.status = Status::ok;
         best.message = "gradient tolerance met";
@@ -39,10 +41,9 @@ class LevenbergMarquardt final : public Solver {
       for (int attempt = 0; attempt < 30 && !accepted; ++attempt) {
         Matrix damped = H;
         damped.diagonal() += damping * floor;
-        const Eigen::LDLT<Matrix, Eigen::Lower> factor(damped);
-        const Vector step = -factor.solve(gradient);
+        const Vector step = bounded_step(damped, gradient, best.theta, box);
         double cost = 0;
-        const Vector trial = best.theta + step;
+        const Vector trial = clamped(best.theta + step, box);
         const double predicted = -step.dot(gradient) - 0.5 * step.dot(H.selfadjointView<Eigen::Lower>() * step);
         if (step.allFinite() && problem.cost(trial, cost) && std::isfinite(cost) && cost < best.cost) {
           const double gain = (best.cost - cost) / std::max(predicted, 1e-300);

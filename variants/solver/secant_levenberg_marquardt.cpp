@@ -1,7 +1,8 @@
 #include "variants/solver/secant_levenberg_marquardt.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
+
+#include "core/identify/bounded_step.hpp"
 
 namespace wheelhop {
 namespace {
@@ -92,6 +93,7 @@ class SecantLevenbergMarquardt final : public Solver {
   /// Where the search stands, with the Jacobian it believes in.
   struct Search {
     const ResidualProblem& problem;
+    const Box box = problem.box();
     Vector theta, r, gradient, scale;
     Matrix J, H;
     double cost = 0, cost_when_new = 0;
@@ -117,9 +119,10 @@ class SecantLevenbergMarquardt final : public Solver {
     }
 
     double scaled_gradient() const {
+      const Vector inside = projected_gradient(gradient, theta, box);
       double largest = 0;
-      for (Index i = 0; i < gradient.size(); ++i)
-        if (H(i, i) > 0) largest = std::max(largest, std::abs(gradient(i)) / std::sqrt(2 * H(i, i) * cost));
+      for (Index i = 0; i < inside.size(); ++i)
+        if (H(i, i) > 0) largest = std::max(largest, std::abs(inside(i)) / std::sqrt(2 * H(i, i) * cost));
       return largest;
     }
 
@@ -127,11 +130,12 @@ class SecantLevenbergMarquardt final : public Solver {
       const Vector floor = scale.cwiseMax(1e-14 * scale.maxCoeff() + 1e-300);
       Matrix damped = H;
       damped.diagonal() += damping * floor;
-      const Vector step = -Eigen::LDLT<Matrix, Eigen::Lower>(damped).solve(gradient);
+      const Vector step = bounded_step(damped, gradient, theta, box);
       if (!step.allFinite()) return false;
       const double promised = -step.dot(gradient) - 0.5 * step.dot(H.selfadjointView<Eigen::Lower>() * step);
       Vector r_there(r.size());
-      if (!problem.residual(theta + step, r_there)) return false;
+      const Vector there = clamped(theta + step, box);
+      if (!problem.residual(there, r_there)) return false;
       const double cost_there = 0.5 * r_there.squaredNorm();
       if (!(cost_there < cost)) return false;
       gain = (cost - cost_there) / std::max(promised, 1e-300);
@@ -140,7 +144,7 @@ class SecantLevenbergMarquardt final : public Solver {
       const Vector metric = floor.cwiseProduct(step);
       const Vector missed = r_there - r - J * step;
       J.noalias() += missed * (metric / step.dot(metric)).transpose();
-      theta += step;
+      theta = there;
       r = std::move(r_there);
       cost = cost_there;
       fresh_step = fresh;

@@ -1,0 +1,25 @@
+/// \file
+/// Steps of least squares inside bounds, for every solver of the family.
+#pragma once
+
+#include "core/identify/solver.hpp"
+
+namespace wheelhop {
+
+/// The point of a box nearest to theta.
+Vector clamped(ConstVectorRef theta, const Box& box);
+
+/// The components of a gradient along which theta may go down: zero where theta stands at a bound and would leave it.
+Vector projected_gradient(ConstVectorRef gradient, ConstVectorRef theta, const Box& box);
+
+/// min over s of  gradient's + 1/2 s'H s  with theta + s in the box, by Newton steps on the components that are free,
+/// which change until none gains (Bertsekas 1982).
+/// @param H positive definite, lower triangle   @param theta inside the box
+/// Cost: one factorisation without bounds, else one or two more for every bound that is reached.
+Vector bounded_step(const Matrix& H, ConstVectorRef gradient, ConstVectorRef theta, const Box& box);
+
+/// min over x of  ||A x - b||  with x in the box, by such a step from the point nearest to 0.
+/// @param A N x n, N >= n   @param b N   @param box with bounds
+Vector bounded_least_squares(ConstMatrixRef A, ConstVectorRef b, const Box& box);
+
+}  // namespace wheelhop
