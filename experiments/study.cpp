@@ -25,8 +25,8 @@ Made<Piece> read_piece(const JsonCursor& config, const char* family, const std::
 }  // namespace
 
 Pieces PieceSet::borrowed() const {
-  const auto make_ridge = [](Index inputs, Index degree, bool odd) {
-    return make_ridge_polynomial(inputs, 1, {.degree = degree, .odd = odd});
+  const auto make_ridge = [](Index inputs, const RidgeForm& form) {
+    return make_ridge_polynomial(inputs, 1, {.degree = form.degree, .odd = form.odd, .hardening = form.hardening});
   };
   return {*subspace.piece, *inversion.piece, nonlinearity.piece, *solver.piece, make_ridge};
 }

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/identify/input_matrices.hpp"
@@ -20,6 +21,14 @@ class FreeRunProblem final : public ResidualProblem {
 
   Index parameters() const override { return layout_of(model_).size(); }
   Index residuals() const override { return y_.rows() * (y_.cols() - skip_); }
+  Box box() const override {
+    const Vector least = model_.map ? model_.map->lower() : Vector();
+    if (least.size() == 0) return {};
+    const double infinity = std::numeric_limits<double>::infinity();
+    Box box{Vector::Constant(parameters(), -infinity), Vector::Constant(parameters(), infinity)};
+    box.lower.segment(layout_of(model_).theta(), least.size()) = least;
+    return box;
+  }
 
   bool residual(ConstVectorRef theta, VectorRef r) const override {
     NonlinearModel model = model_;

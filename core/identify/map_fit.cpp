@@ -3,8 +3,11 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <vector>
+
+#include "core/identify/bounded_step.hpp"
 
 namespace wheelhop {
 namespace {
@@ -90,8 +93,20 @@ class MapProblem final : public ResidualProblem {
   /// W, b and the linear part for a given alpha; returns the relative residual.
   double weights(ConstVectorRef alpha, StaticMap& map, Matrix& linear) const {
     const Matrix columns = regressors(features(alpha));
-    const LeastSquares fit = least_squares(columns, f_, 1e-11);
     const Index h = map_->features(), d = xi_.rows();
+    LeastSquares fit = least_squares(columns, f_, 1e-11);
+    if (const Vector least = map_->lower(); least.size() > 0) {
+      const Matrix curved = rest(affine_, columns.leftCols(h));
+      const Index q = f_.cols();
+      for (Index i = 0; i < q; ++i)
+        fit.x.col(i).head(h) = bounded_least_squares(
+            curved, curved_f_.col(i),
+            {least(Eigen::seqN(alpha.size() + i, h, q)), Vector::Constant(h, std::numeric_limits<double>::infinity())});
+      const LeastSquares affine =
+          least_squares(columns.rightCols(d + 1), f_ - columns.leftCols(h) * fit.x.topRows(h), 1e-11);
+      fit.x.bottomRows(d + 1) = affine.x;
+      fit.residual_norm = affine.residual_norm;
+    }
     map.alpha = alpha;
     map.W = fit.x.topRows(h).transpose();
     // What W phi has in common with [1, xi] moves to the linear part. Tanh units of small weight are almost linear, and

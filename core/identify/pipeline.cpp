@@ -257,7 +257,8 @@ void refine_in_rounds(const Run& run, Index skip, PipelineResult& result) {
     idle = best < 0.995 * before ? 0 : idle + 1;
   }
   const auto ridge = fit_ridge(result.model, result.x0, run.u, run.y, weight_std, skip, run.pieces.solver,
-                               run.options.refine_iterations, run.pieces.make_ridge, run.options.ridge_degree);
+                               run.options.refine_iterations, run.pieces.make_ridge,
+                               {.any = run.options.ridge_degree, .hardening = run.options.hardening_degree});
   const Refinement last = ridge ? *ridge : refined_from(result.model, result.x0, run.options.refine_iterations);
   result.refinement.solution = last.solution;
   if (usable(last.solution)) keep(last);

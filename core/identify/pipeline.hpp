@@ -29,6 +29,7 @@ struct PipelineOptions {
   Index round_iterations = 8;
   Index refine_iterations = 100;
   Index ridge_degree = 11;
+  Index hardening_degree = 21;
   template <class V>
   void fields(V&& visit) {
     visit("order", order, Range{0, 100}, "-", "n; 0: read from the singular values");
@@ -48,6 +49,8 @@ struct PipelineOptions {
     visit("ridge_degree", ridge_degree, Range{0, 30}, "-",
           "highest power of a polynomial of one direction that may take the map's place in the refinement; below 3: "
           "none");
+    visit("hardening_degree", hardening_degree, Range{0, 60}, "-",
+          "the same with odd powers of one sign alone, which hold farther beyond the training record; below 3: none");
   }
 };
 

@@ -15,6 +15,10 @@ constexpr double kOneDirection = 0.5;
 /// chi2 a parameter has to bring: the 99 % point with one degree of freedom. An extrapolating power is worth more
 /// caution than Akaike's 2; the log N of Schwarz (10 for a minute's record) leaves out powers that are there.
 constexpr double kChi2 = 6.63;
+/// Share of the cost that weights of one sign may add. A model that steps from sample to sample errs by terms of (T^2 /
+/// 12) d2f/dt2, which powers of both signs imitate inside the training record: a share that a test against the noise
+/// alone would find significant, and small against what their cancellation costs as soon as a record goes further.
+constexpr double kOneSign = 1e-3;
 
 using Maybe = std::optional<Refinement>;
 
@@ -45,16 +49,26 @@ class RidgeSearch {
   }
 
   /// The polynomial along t nearest to the model's f, refined.
-  Maybe refined(const NonlinearModel& model, ConstVectorRef x0, ConstVectorRef t, Index degree, bool odd) const {
+  Maybe refined(const NonlinearModel& model, ConstVectorRef x0, ConstVectorRef t, const RidgeForm& form) const {
     const FreeRun run = free_run(model, u_, x0);
     if (run.status != Status::ok) return {};
     const Matrix xi = points(model, run);
-    const std::unique_ptr<StaticMap> map = make_ridge_(xi.rows(), degree, odd);
+    const std::unique_ptr<StaticMap> map = make_ridge_(xi.rows(), form);
     map->alpha = t;
-    const MapFit fit = fit_weights(*map, xi, run.f);
+    MapFit fit;
+    double sign = 1;
+    for (const double way : {1.0, -1.0}) {  // which way f points is free, and weights of one sign want the right one
+      if (way < 0 && !form.hardening) break;
+      MapFit candidate = fit_weights(*map, xi, way * run.f);
+      if (candidate.status != Status::ok || (fit.map && !(candidate.residual < fit.residual))) continue;
+      fit = std::move(candidate);
+      sign = way;
+    }
     if (fit.status != Status::ok) return {};
     NonlinearModel start = model;
     start.map = fit.map;
+    start.Bt *= sign;
+    start.Dt *= sign;
     fold_linear_part(start, fit.linear);
     Refinement result = refine(start, x0, u_, y_, weight_std_, skip_, solver_, iterations_);
     const Status status = result.solution.status;
@@ -129,8 +143,8 @@ ActiveDirection active_direction(const StaticMap& map, ConstMatrixRef xi) {
 
 Maybe fit_ridge(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y,
                 ConstVectorRef weight_std, Index skip, const Solver& solver, Index iterations,
-                const RidgeFactory& make_ridge, Index degree) {
-  if (!make_ridge || degree < 3 || !model.map || model.auxiliary_count() != 1) return {};
+                const RidgeFactory& make_ridge, const RidgeDegrees& degrees) {
+  if (!make_ridge || degrees.any < 3 || !model.map || model.auxiliary_count() != 1) return {};
   const FreeRun run = free_run(model, u, x0);
   if (run.status != Status::ok) return {};
   const RidgeSearch search(u, y, weight_std, skip, solver, iterations, make_ridge);
@@ -139,17 +153,21 @@ Maybe fit_ridge(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u
   const Matrix error = weight_std.cwiseInverse().asDiagonal() * (run.y - y).rightCols(y.cols() - skip);
   const double to_beat = search.criterion(model, 0.5 * error.squaredNorm());
 
-  Maybe best = search.refined(model, x0, active.t, degree, false);
+  Maybe best = search.refined(model, x0, active.t, {.degree = degrees.any});
   if (!best) return {};
-  Maybe odd = search.refined(best->model, best->x0, best->model.map->alpha, degree, true);
+  Maybe odd = search.refined(best->model, best->x0, best->model.map->alpha, {.degree = degrees.any, .odd = true});
   const bool is_odd = search.criterion(odd) < search.criterion(best);
   if (is_odd) best = std::move(odd);
   if (const Index kept = search.needed(*best); kept < best->model.map->features()) {
-    Maybe fewer =
-        search.refined(best->model, best->x0, best->model.map->alpha, is_odd ? 2 * kept + 1 : kept + 1, is_odd);
+    Maybe fewer = search.refined(best->model, best->x0, best->model.map->alpha,
+                                 {.degree = is_odd ? 2 * kept + 1 : kept + 1, .odd = is_odd});
     if (search.criterion(fewer) < search.criterion(best)) best = std::move(fewer);
   }
   if (!(search.criterion(best) < to_beat)) return {};
+  if (degrees.hardening < 3) return best;
+  Maybe one_sign = search.refined(best->model, best->x0, best->model.map->alpha,
+                                  {.degree = degrees.hardening, .odd = true, .hardening = true});
+  if (one_sign && one_sign->solution.cost <= (1 + kOneSign) * best->solution.cost) best = std::move(one_sign);
   return best;
 }
 

@@ -11,9 +11,21 @@
 
 namespace wheelhop {
 
-/// Makes an untrained polynomial of degree <= `degree` of one direction, f = W phi(alpha'xi): features of ascending
-/// degree from 2, or the odd ones from 3, alpha of as many values as xi.
-using RidgeFactory = std::function<std::unique_ptr<StaticMap>(Index inputs, Index degree, bool odd)>;
+struct RidgeForm {
+  Index degree = 0;
+  bool odd = false;
+  bool hardening = false;  ///< no power with a weight of the other sign
+};
+
+/// Highest powers tried; below 3: none.
+struct RidgeDegrees {
+  Index any = 0;        ///< with weights of any sign
+  Index hardening = 0;  ///< odd, with weights of one sign
+};
+
+/// Makes an untrained polynomial of one direction, f = W phi(alpha'xi): features of ascending degree from 2, or the odd
+/// ones from 3, alpha of as many values as xi.
+using RidgeFactory = std::function<std::unique_ptr<StaticMap>(Index inputs, const RidgeForm& form)>;
 
 struct ActiveDirection {
   Vector t;          ///< d, max |t'xi| = 1 over the points
@@ -25,14 +37,16 @@ struct ActiveDirection {
 /// @param xi d x N
 ActiveDirection active_direction(const StaticMap& map, ConstMatrixRef xi);
 
-/// Polynomials of one direction in place of the model's map, each refined jointly: all powers up to `degree`, then the
-/// odd ones alone, then fewer of them. A power stays if it lowers the cost by more than chance would.
+/// Polynomials of one direction in place of the model's map, each refined jointly: all powers, then the
+/// odd ones alone, then fewer of them. A power stays if it lowers the cost by more than chance would. Last, odd
+/// powers with weights of one sign, if that adds no more than a thousandth to the cost: an element that only stiffens,
+/// as a spring towards its stop. Powers that cancel inside the training record do not beyond it.
 /// Empty if f has not one output or not one direction, and if no polynomial beats the model's own map at its present
 /// cost, its parameters counted.
-/// Cost: three refinements of fewer parameters than the model's, which converge in about ten iterations each.
-/// @param iterations cap of each refinement   @param degree below 3 or no make_ridge: empty; others as in refine()
+/// Cost: four refinements of fewer parameters than the model's, which converge in about ten iterations each.
+/// @param iterations cap of each refinement   @param degrees any < 3, or no make_ridge: empty; others as in refine()
 std::optional<Refinement> fit_ridge(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y,
                                     ConstVectorRef weight_std, Index skip, const Solver& solver, Index iterations,
-                                    const RidgeFactory& make_ridge, Index degree);
+                                    const RidgeFactory& make_ridge, const RidgeDegrees& degrees);
 
 }  // namespace wheelhop

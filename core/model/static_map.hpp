@@ -32,6 +32,9 @@ class StaticMap {
   /// 1 / variance of a prior on theta() around zero, for a map of unit-variance inputs and outputs; 0: none.
   virtual Vector precision() const { return Vector::Zero(parameters()); }
 
+  /// Least values of theta(); empty: none.
+  virtual Vector lower() const { return {}; }
+
   /// phi(xi). @param xi d values   @param phi h values out
   virtual void basis(const double* xi, double* phi) const = 0;
 

@@ -17,8 +17,8 @@ namespace {
 
 constexpr Index kOrder = 2, kSamples = 3000;
 
-const RidgeFactory kRidge = [](Index inputs, Index degree, bool odd) {
-  return make_ridge_polynomial(inputs, 1, {.degree = degree, .odd = odd});
+const RidgeFactory kRidge = [](Index inputs, const RidgeForm& form) {
+  return make_ridge_polynomial(inputs, 1, {.degree = form.degree, .odd = form.odd, .hardening = form.hardening});
 };
 
 /// A resonant system with the given force of its first state; xi = [x; u].
@@ -71,8 +71,8 @@ struct Record {
     fold_linear_part(start, fit.linear);
   }
 
-  std::optional<Refinement> ridge(Index degree = 9) const {
-    return fit_ridge(start, x0, u, y, Vector::Ones(2), 0, *make_levenberg_marquardt({}), 30, kRidge, degree);
+  std::optional<Refinement> ridge(const RidgeDegrees& degrees = {.any = 9}) const {
+    return fit_ridge(start, x0, u, y, Vector::Ones(2), 0, *make_levenberg_marquardt({}), 30, kRidge, degrees);
   }
 };
 
@@ -88,29 +88,32 @@ Matrix error_beyond(const NonlinearModel& model, const NonlinearModel& truth) {
 
 }  // namespace
 
-TEST_CASE("ridge polynomial: T_k(cos a) = cos(k a) in ascending degree; beyond 1.5 its tangent") {
-  for (const bool odd : {false, true}) {
-    const auto map = make_ridge_polynomial(2, 1, {.degree = 7, .odd = odd});
-    map->alpha << 1, 0.5;
-    REQUIRE(map->features() == (odd ? 3 : 6));
-    const auto phi = [&](double s) {
-      const Vector xi = (Vector(2) << s - 0.2, 0.4).finished();
-      Vector values(map->features());
-      map->basis(xi.data(), values.data());
-      return values;
-    };
-    const double angle = 0.7;
-    const Vector at = phi(std::cos(angle));
-    for (Index i = 0; i < at.size(); ++i)
-      CHECK(at(i) == Approx(std::cos(static_cast<double>(odd ? 2 * i + 3 : i + 2) * angle)));
-    for (const double side : {-1.0, 1.0}) {
-      const double step = 1e-4;
-      const Vector slope = (phi(side * 1.5) - phi(side * (1.5 - step))) / step;
-      const Vector beyond = phi(side * 2.5) - phi(side * 1.5), further = phi(side * 3.5) - phi(side * 2.5);
-      CHECK(relative_difference(beyond, further) < 1e-12);
-      CHECK(relative_difference(slope, beyond) < 1e-2);
+TEST_CASE("ridge polynomial: T_k(cos a) = cos(k a), or s^k, in ascending degree; beyond 1.5 its tangent") {
+  for (const bool odd : {false, true})
+    for (const bool hardening : {false, true}) {
+      const auto map = make_ridge_polynomial(2, 1, {.degree = 7, .odd = odd, .hardening = hardening});
+      map->alpha << 1, 0.5;
+      REQUIRE(map->features() == (odd ? 3 : 6));
+      const auto phi = [&](double s) {
+        const Vector xi = (Vector(2) << s - 0.2, 0.4).finished();
+        Vector values(map->features());
+        map->basis(xi.data(), values.data());
+        return values;
+      };
+      const double angle = 0.7;
+      const Vector at = phi(std::cos(angle));
+      for (Index i = 0; i < at.size(); ++i) {
+        const double k = static_cast<double>(odd ? 2 * i + 3 : i + 2);
+        CHECK(at(i) == Approx(hardening ? std::pow(std::cos(angle), k) : std::cos(k * angle)));
+      }
+      for (const double side : {-1.0, 1.0}) {
+        const double step = 1e-4;
+        const Vector slope = (phi(side * 1.5) - phi(side * (1.5 - step))) / step;
+        const Vector beyond = phi(side * 2.5) - phi(side * 1.5), further = phi(side * 3.5) - phi(side * 2.5);
+        CHECK(relative_difference(beyond, further) < 1e-12);
+        CHECK(relative_difference(slope, beyond) < 1e-2);
+      }
     }
-  }
 }
 
 TEST_CASE("active direction: that of a ridge function whatever its linear part; two directions share the variance") {
@@ -134,7 +137,7 @@ TEST_CASE("a cubic spring behind tanh units is found as one odd cubic, to the no
   const Record record(truth, 302);
   const auto found = record.ridge();
   REQUIRE(found.has_value());
-  CHECK(found->model.map->to_json().at("options") == Json{{"degree", 3}, {"odd", true}});
+  CHECK(found->model.map->to_json().at("options") == Json{{"degree", 3}, {"odd", true}, {"hardening", false}});
   CHECK(2 * found->solution.cost < 1.05 * record.noise * record.noise * static_cast<double>(record.y.size()));
   const double left = error_beyond(found->model, truth).norm();
   CHECK(left < 0.2 * record.noise * std::sqrt(2.0 * kSamples));
@@ -145,7 +148,35 @@ TEST_CASE("an even power that the record calls for is kept, and those above it a
   const Record record(oscillator(spring(0.05)), 303);
   const auto found = record.ridge();
   REQUIRE(found.has_value());
-  CHECK(found->model.map->to_json().at("options") == Json{{"degree", 4}, {"odd", false}});
+  CHECK(found->model.map->to_json().at("options") == Json{{"degree", 4}, {"odd", false}, {"hardening", false}});
+}
+
+TEST_CASE(
+    "a spring that stiffens towards a stop is found with weights of one sign, which hold farther; others keep "
+    "both signs") {
+  const RidgeDegrees both{.any = 9, .hardening = 15};
+  for (const double way : {1.0, -1.0}) {
+    const std::shared_ptr<StaticMap> stop =
+        make_ridge_polynomial(kOrder + 1, 1, {.degree = 15, .odd = true, .hardening = true});
+    stop->alpha << 0.4, 0, 0;
+    stop->W << 0.8, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2;
+    stop->W *= way;
+    const NonlinearModel truth = oscillator(stop);
+    const Record record(truth, 306);
+    const auto stiffening = record.ridge(both), any = record.ridge({.any = 9});
+    REQUIRE(stiffening.has_value());
+    REQUIRE(any.has_value());
+    CHECK(stiffening->model.map->to_json().at("options").at("hardening") == true);
+    CHECK(stiffening->model.map->W.minCoeff() >= 0);
+    CHECK(stiffening->solution.cost < 1.001 * any->solution.cost);
+    CHECK(error_beyond(stiffening->model, truth).norm() < 0.7 * error_beyond(any->model, truth).norm());
+  }
+  const auto turning = make_ridge_polynomial(kOrder + 1, 1, {.degree = 5, .odd = true});
+  turning->alpha << 0.3, 0, 0;
+  turning->W << 0.4, -0.1;
+  const auto kept = Record(oscillator(std::shared_ptr<StaticMap>(turning->clone())), 307).ridge(both);
+  REQUIRE(kept.has_value());
+  CHECK(kept->model.map->to_json().at("options").at("hardening") == false);
 }
 
 TEST_CASE("no polynomial is offered for two directions, two outputs, no factory, or where the units do better",
@@ -165,11 +196,11 @@ TEST_CASE("no polynomial is offered for two directions, two outputs, no factory,
   CHECK_FALSE(sharp.ridge());
 
   const Record cubic(oscillator(spring(0)), 302);
-  CHECK_FALSE(cubic.ridge(2));
-  CHECK_FALSE(
-      fit_ridge(cubic.start, cubic.x0, cubic.u, cubic.y, Vector::Ones(2), 0, *make_levenberg_marquardt({}), 30, {}, 9));
+  CHECK_FALSE(cubic.ridge({.any = 2}));
+  CHECK_FALSE(fit_ridge(cubic.start, cubic.x0, cubic.u, cubic.y, Vector::Ones(2), 0, *make_levenberg_marquardt({}), 30,
+                        {}, {.any = 9}));
   NonlinearModel wide = cubic.start;
   wide.Bt = Matrix::Zero(2, 2);
-  CHECK_FALSE(
-      fit_ridge(wide, cubic.x0, cubic.u, cubic.y, Vector::Ones(2), 0, *make_levenberg_marquardt({}), 30, kRidge, 9));
+  CHECK_FALSE(fit_ridge(wide, cubic.x0, cubic.u, cubic.y, Vector::Ones(2), 0, *make_levenberg_marquardt({}), 30, kRidge,
+                        {.any = 9}));
 }

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace wheelhop {
 namespace {
@@ -23,6 +24,13 @@ class RidgePolynomial final : public StaticMap {
     // Points of unit variance reach three standard deviations along a direction of length 1.
     for (Index j = 0; j < inputs(); ++j) alpha(j) = random.normal();
     alpha /= 3 * std::max(alpha.norm(), 1e-9);
+  }
+
+  Vector lower() const override {
+    if (!options_.hardening) return {};
+    Vector least = Vector::Constant(parameters(), -std::numeric_limits<double>::infinity());
+    least.segment(alpha.size(), W.size()).setZero();
+    return least;
   }
 
   void basis(const double* xi, double* phi) const override {
@@ -54,13 +62,15 @@ class RidgePolynomial final : public StaticMap {
     return sum;
   }
 
-  /// Calls receive(i, phi_i, dphi_i/ds) by T_{k+1} = 2 s T_k - T_{k-1} and its derivative.
+  /// Calls receive(i, phi_i, dphi_i/ds) by p_{k+1} = c s p_k - (c - 1) p_{k-1} and its derivative: T_k with c = 2,
+  /// s^k with c = 1.
   template <class Receive>
   void visit_terms(double s, const Receive& receive) const {
-    const double inside = std::clamp(s, -kReach, kReach);
+    const double inside = std::clamp(s, -kReach, kReach), c = options_.hardening ? 1 : 2;
     double before = 1, value = inside, rate_before = 0, rate = 1;
     for (Index k = 2, i = 0; k <= options_.degree; ++k) {
-      const double next = 2 * inside * value - before, next_rate = 2 * (value + inside * rate) - rate_before;
+      const double next = c * inside * value - (c - 1) * before;
+      const double next_rate = c * (value + inside * rate) - (c - 1) * rate_before;
       before = value;
       value = next;
       rate_before = rate;
