@@ -21,6 +21,7 @@ namespace {
 
 /// Step of the differences, in scales: a tolerance or a typical state is about one, and laws bend within it.
 constexpr double kStep = 1e-4;
+constexpr double kFarthest = 15;    // standard deviations of its prior that a parameter may move
 constexpr double kRounding = 1e-9;  // of a scale
 constexpr Index kSubsteps = 4;  // at most: a candidate with a stiffer law than that is a candidate with a bad parameter
 constexpr double kStateSpread =
@@ -38,15 +39,17 @@ Range allowed(const std::vector<PlantParameter>& known, const std::string& name,
   return {std::min(range.low, start), std::max(range.high, start)};
 }
 
-/// Bounds of theta for move_parameters().
+/// Bounds of theta: a plant tens of tolerances away is another plant, and may not follow the next drive.
 Box bounds(const Plant& plant, const std::vector<FitParameter>& parameters) {
   const std::vector<PlantParameter> known = plant_parameters(plant);
+  const double infinity = std::numeric_limits<double>::infinity();
   Box box{Vector(static_cast<Index>(parameters.size())), Vector(static_cast<Index>(parameters.size()))};
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const double start = get_parameter(plant, parameters[i].name);
     const Range range = allowed(known, parameters[i].name, start);
-    box.lower(static_cast<Index>(i)) = (range.low - start) / parameters[i].scale;
-    box.upper(static_cast<Index>(i)) = (range.high - start) / parameters[i].scale;
+    const double std = parameters[i].prior_std, most = std > 0 ? kFarthest * std : infinity;
+    box.lower(static_cast<Index>(i)) = std::max((range.low - start) / parameters[i].scale, -most);
+    box.upper(static_cast<Index>(i)) = std::min((range.high - start) / parameters[i].scale, most);
   }
   return box;
 }

@@ -8,25 +8,27 @@ namespace {
 
 enum { damping, dead_travel, side, onset };
 
+constexpr double kRefill = 0.2;      // of the dead travel: what the way back takes to start it anew
+constexpr double kRefillS = 2.5e-4;  // and the time that takes at least, so that a short travel is no stiff equation
+
 // Rate toward the side on which the chamber runs empty.
 double filling(std::span<const double> p, double v) { return std::copysign(1.0, p[side]) * v; }
 
-/// Share of the force that is there again at a filling z; z leaves 0 ... 1 by round-off of a step only.
-double come_back(std::span<const double> p, double z) {
-  return p[onset] <= 1 ? z : std::pow(std::clamp(z, 0.0, 1.0), p[onset]);
-}
+/// Share of the force that is missing after z dead travels.
+double missing(std::span<const double> p, double z) { return 1 / (1 + std::pow(std::max(z, 0.0), p[onset])); }
+
+double refill(std::span<const double> p, double v) { return kRefill * p[dead_travel] + kRefillS * std::abs(v); }
 
 }  // namespace
 
-// The state is the share of the chamber that holds oil when the rod pulls: it fills over the dead travel and empties on
-// the way back, so that the force is missing after each reversal. Beside a viscous damper of the same damping the two
-// are d v z on that side and d v on the other.
+// The state counts the stroke since the last reversal in dead travels; the way back takes it to 0. Beside a viscous
+// damper of the same damping the two are d v z^n / (1 + z^n) on that side and d v on the other.
 LawKind cavitating_damper() {
   LawKind kind;
   kind.name = "cavitating_damper";
   kind.equation =
-      "F = -d v (1 - z^n) where s v > 0, z' = (max(s v, 0) (1 - z) - max(-s v, 0) z) / x_g, beside a viscous "
-      "damper d";
+      "F = -d v / (1 + z^n) and z' = s v / x_g where s v > 0, else F = 0 and z' = s v z / (x_g / 5 + 0.25 ms |v|), "
+      "beside a viscous damper d";
   kind.source = "vapour and air in a twin-tube damper; dead travel after reversal";
   kind.parameters = {
       {.name = "damping_ns_per_m",
@@ -36,7 +38,7 @@ LawKind cavitating_damper() {
        .typical = 1500},
       {.name = "dead_travel_m",
        .unit = "m",
-       .meaning = "travel x_g over which the force comes back; 0.001 to 0.003 m",
+       .meaning = "travel x_g after a reversal at which half the force is back; 0.001 to 0.003 m",
        .range = {.low = 1e-6},
        .typical = 0.002},
       {.name = "side",
@@ -48,11 +50,11 @@ LawKind cavitating_damper() {
        .typical = 1},
       {.name = "onset",
        .unit = "-",
-       .meaning = "exponent n: 1 (and below) where the force comes back from the start, more where it waits first",
-       .range = {.low = 0},
+       .meaning = "exponent n: 1 where the force comes back from the start, 10 where it waits and is there at once",
+       .range = {.low = 1, .high = 30},
        .required = false,
-       .fallback = 1,
-       .typical = 2}};
+       .fallback = 10,
+       .typical = 4}};
   kind.check = [](std::span<const double> p) -> std::string {
     return std::abs(p[side]) == 1 ? "" : "\"side\": 1 or -1";
   };
@@ -60,22 +62,21 @@ LawKind cavitating_damper() {
   kind.memory.states = 1;
   kind.memory.force = [](std::span<const double> p, double, double v, const double* z, double& f, double* z_rate) {
     const double rate = filling(p, v);
-    f = rate > 0 ? -p[damping] * v * (1 - come_back(p, z[0])) : 0;
-    z_rate[0] = (rate > 0 ? rate * (1 - z[0]) : rate * z[0]) / p[dead_travel];
+    f = rate > 0 ? -p[damping] * v * missing(p, z[0]) : 0;
+    z_rate[0] = rate > 0 ? rate / p[dead_travel] : rate * z[0] / refill(p, v);
     return true;
   };
   kind.memory.slopes = [](std::span<const double> p, double, double v, const double* z, MemorySlopes& s) {
-    const double rate = filling(p, v), sign = filling(p, 1);
-    s.df_dv = rate > 0 ? -p[damping] * (1 - come_back(p, z[0])) : 0;
-    const double steep = p[onset] <= 1 ? 1 : p[onset] * std::pow(std::clamp(z[0], 0.0, 1.0), p[onset] - 1);
-    s.df_dz[0] = rate > 0 ? p[damping] * v * steep : 0;
-    s.dz_dv[0] = sign * (rate > 0 ? 1 - z[0] : z[0]) / p[dead_travel];
-    s.dz_dz[0] = -std::abs(rate) / p[dead_travel];
+    const double rate = filling(p, v), sign = filling(p, 1), m = missing(p, z[0]), back = refill(p, v);
+    s.df_dv = rate > 0 ? -p[damping] * m : 0;
+    s.df_dz[0] = rate > 0 && z[0] > 0 ? p[damping] * v * p[onset] * m * (1 - m) / z[0] : 0;
+    s.dz_dv[0] = rate > 0 ? sign / p[dead_travel] : sign * z[0] * kRefill * p[dead_travel] / (back * back);
+    s.dz_dz[0] = rate > 0 ? 0 : rate / back;
     return true;
   };
   kind.memory.energy = [](std::span<const double>, const double*) { return 0.0; };
   kind.memory.dissipation = [](std::span<const double> p, double, double v, const double* z) {
-    return filling(p, v) > 0 ? -p[damping] * v * v * (1 - come_back(p, z[0])) : 0.0;
+    return filling(p, v) > 0 ? -p[damping] * v * v * missing(p, z[0]) : 0.0;
   };
   return kind;
 }
