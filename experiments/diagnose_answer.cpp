@@ -43,6 +43,7 @@ std::string answer(const Diagnosis& diagnosis) {
       if (!diagnosis.locations.empty())
         text += fmt::format(" seems to enter at {} (P {:.2f})", diagnosis.locations.front().location,
                             diagnosis.locations.front().probability);
+      if (!diagnosis.message.empty()) return text + "; " + diagnosis.message + ".";
       if (!diagnosis.suspects.empty())
         text += fmt::format(". The best suspect, {} at {}, removes {} of what re-tuning leaves", best().effect,
                             best().location, percent(best().closure));
@@ -51,6 +52,9 @@ std::string answer(const Diagnosis& diagnosis) {
     case GapOutcome::insufficient: return "Not enough to tell: " + diagnosis.message + ".";
     default: break;
   }
+  if (std::isnan(diagnosis.closure.low))  // rounding: nothing was added
+    return fmt::format("{} {} (P {:.2f}) makes what the plant leaves; no model of the plant removes it.", gap,
+                       diagnosis.named.front(), best().probability);
   std::string names;
   for (const std::string& name : diagnosis.named) names += (names.empty() ? "" : " and ") + name;
   std::string shares;  // the closure's parts
@@ -60,11 +64,10 @@ std::string answer(const Diagnosis& diagnosis) {
   std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) removes {} of what re-tuning leaves{}.",
                                  gap, diagnosis.locations.front().location, diagnosis.locations.front().probability,
                                  names, best().probability, percent(diagnosis.closure), shares);
-  const std::string in_place =
-      diagnosis.named.size() > 1 ? fmt::format(" In place of {} it", diagnosis.named.back()) : " It";
-  for (const std::string& other : diagnosis.ambiguous_with) text += in_place + " could also be " + other + ".";
+  const std::string it = diagnosis.named.size() > 1 ? " One of the two" : " It";
+  for (const std::string& other : diagnosis.ambiguous_with) text += it + " could also be " + other + ".";
   if (!diagnosis.separating.test.empty())
-    text += fmt::format(" {} would tell the two apart.", diagnosis.separating.test);
+    text += fmt::format(" A record {} would tell the two apart.", diagnosis.separating.test);
   return text;
 }
 

@@ -42,6 +42,9 @@ std::vector<FittedParameter> fitted_parameters(const PlantFit& fit, const std::v
 /// @param rival the last effect of the hypothesis
 Suspect suspect_of(const GapCase& c, const Rival& rival, const Hypothesis& hypothesis);
 
+/// The re-tuned plant stands as the corrected one: nothing was added that could close a gap.
+void correct_nothing(const GapCase& c, Diagnosis& diagnosis);
+
 /// Adds the rivals that are probable enough to be told beside those named.
 void add_ambiguous(const std::vector<Rival>& rivals, Diagnosis& diagnosis);
 

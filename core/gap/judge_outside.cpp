@@ -40,9 +40,7 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
   diagnosis.outcome = GapOutcome::located_not_in_catalogue;
   diagnosis.ambiguous_with.clear();
   // What fits a part of the gap without being its cause is no correction: it may do harm under another drive.
-  diagnosis.corrected = c.retuned.stage;
-  diagnosis.plant = c.retuned.fit.plant;
-  diagnosis.closure = kNothingAdded;
+  correct_nothing(c, diagnosis);
   // What fits by chance says nothing of the place; the leftovers do.
   locate_by_leftover(diagnosis);
   if (diagnosis.locations.empty()) {
@@ -86,6 +84,8 @@ bool name_rounding(const GapCase& c, Diagnosis& diagnosis) {
     if (!(rounding * rounding > kRounded * diagnosis.floor.std(j) * diagnosis.floor.std(j))) continue;
     const std::string location = "sensor:" + c.study.nominal.sensors[static_cast<std::size_t>(j)].name;
     diagnosis.outcome = GapOutcome::effect;
+    correct_nothing(c, diagnosis);  // no model of the plant takes it away
+    diagnosis.ambiguous_with.clear();
     diagnosis.named = {"quantisation@" + location};
     diagnosis.locations = {{location, kRoundingSeen}};
     diagnosis.suspects = {{"quantisation",

@@ -73,13 +73,22 @@ void add_second(const GapCase& c, std::vector<Hypothesis>& singles, const std::v
   diagnosis.named = {name_of(pair.effects[0]), name_of(pair.effects[1])};
   diagnosis.outcome = GapOutcome::several;
   lead(diagnosis);
-  // Alone the first effect may have looked like another; beside the second it is as sure as the pair.
   std::vector<Rival> others = rivals_of(seconds);
   weigh(others, {diagnosis.floor.colour, answer.chi2 - c.floor_chi2(), c.floor_chi2()});
+  // A pair stands there in either order, and alone its two effects had shared what they now have together.
+  const auto sure_of = [&](const EffectCandidate& effect) {
+    double sum = 0;
+    for (const Rival& other : others) {
+      const std::vector<EffectCandidate>& both = seconds[other.hypothesis].effects;
+      if (name_of(both[0]) == name_of(effect) || name_of(both[1]) == name_of(effect)) sum += other.probability;
+    }
+    return std::min(sum, kLimit);
+  };
   Suspect& leading = diagnosis.suspects.front();
-  leading.probability = std::max(leading.probability, others.front().probability);
+  leading.probability = std::max(leading.probability, sure_of(pair.effects[0]));
   const auto own_rival =
       std::find_if(others.begin(), others.end(), [&](const Rival& r) { return r.name() == diagnosis.named.back(); });
+  own_rival->probability = sure_of(pair.effects[1]);
   diagnosis.suspects.insert(diagnosis.suspects.begin() + 1, suspect_of(c, *own_rival, pair));
   add_ambiguous(others, diagnosis);
   answer = pair;
