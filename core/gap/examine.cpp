@@ -1,6 +1,7 @@
 #include "core/gap/examine.hpp"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <cmath>
 
@@ -49,24 +50,28 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
     stage.drift = drift(stage.fit, out.records, block);
     stage.lines = line_split(stage.fit, out.records);
   });
-  if (!place.empty()) {
+  const auto reconstruct = [&] {
+    if (place.empty()) return;
     const std::vector<FitRecord> first = {out.records.front()};
     const PlantFit fit = fit_plant(bare, {}, first, solver, states_alone);
-    if (!fit.error.empty()) {
-      out.unknown = unknown_signal(fit, first, 0, place);
-      out.unknown_motion = trajectories(fit, first).front();
-      out.unknown_outputs = first.front().y + fit.error.front();
-    }
-  }
-  if (!options.ceiling.empty() && out.stages[1].ran) {
+    if (fit.error.empty()) return;
+    out.unknown = unknown_signal(fit, first, 0, place);
+    out.unknown_motion = trajectories(fit, first).front();
+    out.unknown_outputs = first.front().y + fit.error.front();
+  };
+  const auto find_ceiling = [&] {
+    if (options.ceiling.empty() || !out.stages[1].ran) return;
     std::vector<Plant> missing = {bare};
     if (to_json(bare) != to_json(plants[1])) missing.push_back(plants[1]);
     out.ceiling = ceiling_at(missing, fitted.empty() ? out.records : fitted, out.records, options.ceiling,
                              out.stages[1].fit, {*options.map, *options.map_solver, solver}, bands, random);
-  }
-  if (!out.held_out || fitted.empty() || !out.stages[1].ran || !out.stages[2].ran) return out;
-  const PlantFit training = fit_plant(plants[2], {}, fitted, solver, states_alone);
-  if (training.error.size() != fitted.size()) return out;
+  };
+  const bool asks_beyond = out.held_out && !fitted.empty() && out.stages[1].ran && out.stages[2].ran;
+  PlantFit training;
+  tbb::parallel_invoke(find_ceiling, reconstruct, [&] {
+    if (asks_beyond) training = fit_plant(plants[2], {}, fitted, solver, states_alone);
+  });
+  if (!asks_beyond || training.error.size() != fitted.size()) return out;
   out.beyond_known = true;
   out.beyond = beyond_envelope(out.stages[1].fit, out.stages[2].fit, out.records,
                                motion_envelope(trajectories(training, fitted), fitted), out.stages[2].motion, block,

@@ -9,7 +9,7 @@ std::shared_ptr<const Effect> make_cavitation(const EffectOptions&) {
           const double damping = viscous_damping(plant.elements[e]);
           if (damping <= 0) continue;
           for (const double side : {1.0, -1.0})
-            for (const double share : {0.004, 0.03, 0.25}) {
+            for (const double share : {0.008, 0.15}) {
               const double travel = share * operation.elements[e].travel_rms_m;
               if (!(travel > 0)) continue;
               list.push_back(with_law(plant, e, "cavitation", side > 0 ? "rebound" : "jounce", "cavitating_damper",
