@@ -136,8 +136,9 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
   const bool effect_seen = gain > kNotice * diagnosis.floor.colour;
   const double left = c.retuned.chi2 / c.floor_chi2() - 1;
   // A parameter that is free inside its tolerance, and a wide one, would have been tuned to the floor.
+  const bool at_end = t.size() > 0 && c.retuned.fit.theta.head(t.size()).cwiseAbs().maxCoeff() > 0.99 * kFarthest;
   double fall = 0;
-  if (surprise > kWorthFreeing && (left <= kTooSmall || rivals.empty()))
+  if (surprise > kWorthFreeing && (left <= kTooSmall || rivals.empty() || at_end))
     for (Rival& parameter : parameter_rivals(c.study, c.retuned)) {
       fall = std::max(fall, c.retuned.chi2 - parameter.chi2);
       rivals.push_back(std::move(parameter));

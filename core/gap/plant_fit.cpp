@@ -21,7 +21,6 @@ namespace {
 
 /// Step of the differences, in scales: a tolerance or a typical state is about one, and laws bend within it.
 constexpr double kStep = 1e-4;
-constexpr double kFarthest = 15;    // standard deviations of its prior that a parameter may move
 constexpr double kRounding = 1e-9;  // of a scale
 constexpr Index kSubsteps = 4;  // at most: a candidate with a stiffer law than that is a candidate with a bad parameter
 constexpr double kStateSpread =

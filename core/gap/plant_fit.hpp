@@ -11,11 +11,14 @@
 
 namespace wheelhop {
 
+/// Standard deviations of its prior that a parameter may move.
+inline constexpr double kFarthest = 15;
+
 /// A parameter of the plant that a fit moves: value = start + theta * scale.
 struct FitParameter {
   std::string name;      ///< of plant_parameters()
   double scale = 1;      ///< > 0, in the unit of the parameter
-  double prior_std = 0;  ///< of theta around zero, which stays within 15 of it; 0: none
+  double prior_std = 0;  ///< of theta around zero, which stays within kFarthest of it; 0: none
 };
 
 /// Every mass and every law parameter with its tolerance as prior: scale = tolerance |value|, prior_std 1, so that

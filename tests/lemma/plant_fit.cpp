@@ -173,3 +173,18 @@ TEST_CASE("a parameter that would leave its range stays at its end, and the othe
     CHECK(fit.residual.squaredNorm() < least + 1);
   }
 }
+
+TEST_CASE(
+    "however strong the data, a parameter stays within fifteen tolerances; without a prior it goes where they say") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  const std::string name = "suspension.viscous_damper.damping_ns_per_m";
+  const double damping = get_parameter(nominal, name);
+  set_parameter(truth, name, 2 * damping);
+  const Measurement m = measure(truth, 5, 0.004, 0.002, 517);
+  for (const double prior_std : {1.0, 0.0}) {
+    const PlantFit fit =
+        fit_plant(nominal, {{name, 0.05 * damping, prior_std}}, {m.record}, *make_levenberg_marquardt({}), {30});
+    CHECK(fit.theta(0) == Approx(prior_std > 0 ? 15 : 20).epsilon(1e-2));
+  }
+}
