@@ -10,6 +10,7 @@
 #include "core/base/json.hpp"
 #include "core/base/status.hpp"
 #include "experiments/command/command.hpp"
+#include "experiments/provenance.hpp"
 
 namespace {
 
@@ -19,7 +20,7 @@ using namespace wheelhop;
 void require_known_command(const CLI::App& app, int count, char** words) {
   if (count < 2) return;
   const std::string word = words[1];
-  if (word == "-h" || word == "--help" || word == "--help-all") return;
+  if (word == "-h" || word == "--help" || word == "--help-all" || word == "--version") return;
   std::vector<std::string> known;
   for (const CLI::App* command : app.get_subcommands({})) known.push_back(command->get_name());
   if (std::find(known.begin(), known.end(), word) != known.end()) {
@@ -43,6 +44,10 @@ int run_program(int count, char** words) {
                "wheelhop");
   app.require_subcommand(1);
   app.set_help_all_flag("--help-all", "help of every command");
+  app.set_version_flag("--version", [] {
+    const Json facts = provenance();
+    return "wheelhop " + facts.at("version").get<std::string>() + ", commit " + facts.at("commit").get<std::string>();
+  });
   app.footer(
       "wheelhop COMMAND --help tells more, with an example. A first walk:\n"
       "  wheelhop generate experiments/configs/generate_rig.json --out out/rig\n"

@@ -105,6 +105,10 @@ int run_simulate(const SimulateRequest& request) {
     const Run run =
         system.model ? run_model(*system.model, record, estimate, request.quiet) : run_plant(system.plant, record);
     if (run.status != Status::ok) {
+      const double radius = system.model ? spectral_radius(system.model->model.linear.A) : 0;
+      if (radius >= 1)
+        throw UserError(fmt::format("{}: $.A: expected a stable model, found a spectral radius of {:.6g}, and on {} {}",
+                                    request.system.string(), radius, record.file, run.message));
       std::fprintf(stderr, "%s: %s: %s; nothing is written\n", record.file.c_str(),
                    std::string(to_string(run.status)).c_str(), run.message.c_str());
       return 1;

@@ -22,7 +22,8 @@ constexpr double kHeldSlope = 1.2;      // ... and what a share that stays unexp
 constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for
 constexpr double kWorthFreeing = 2;     // surprise of a parameter from which it is fitted without its tolerance
 constexpr double kNotHome = 4;          // surprise from which one wrong parameter is not all that is wrong
-constexpr double kConsidered = 0.05;    // probability from which a rival is named
+constexpr double kAtEnd = 0.99 * kFarthest;  // tolerances from which a parameter has stopped there
+constexpr double kConsidered = 0.05;         // probability from which a rival is named
 
 void add_locations(const std::vector<Rival>& rivals, Diagnosis& diagnosis) {
   std::map<std::string, double> sums;
@@ -135,11 +136,14 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
   const double gain = singles.empty() ? 0 : c.retuned.chi2 - singles.front().chi2;
   const bool effect_seen = gain > kNotice * diagnosis.floor.colour;
   const double left = c.retuned.chi2 / c.floor_chi2() - 1;
-  // A parameter that is free inside its tolerance, and a wide one, would have been tuned to the floor.
-  const bool at_end = t.size() > 0 && c.retuned.fit.theta.head(t.size()).cwiseAbs().maxCoeff() > 0.99 * kFarthest;
+  // A parameter that is free inside its tolerance, and a wide one, would have been tuned to the floor, unless it
+  // stopped at the end of what re-tuning may move.
+  const bool at_end = t.size() > 0 && c.retuned.fit.theta.head(t.size()).cwiseAbs().maxCoeff() > kAtEnd;
   double fall = 0;
-  if (surprise > kWorthFreeing && (left <= kTooSmall || rivals.empty() || at_end))
-    for (Rival& parameter : parameter_rivals(c.study, c.retuned)) {
+  const bool alone = left <= kTooSmall || rivals.empty();
+  if (surprise > kWorthFreeing && (alone || at_end))
+    for (Rival& parameter : parameter_rivals(c.study, c.retuned, alone ? 0 : kAtEnd)) {
+      if (!alone && parameter.chi2 > (1 + kTooSmall) * c.floor_chi2()) continue;
       fall = std::max(fall, c.retuned.chi2 - parameter.chi2);
       rivals.push_back(std::move(parameter));
     }

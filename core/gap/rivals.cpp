@@ -42,13 +42,14 @@ std::vector<Rival> rivals_of(const std::vector<Hypothesis>& hypotheses) {
   return rivals;
 }
 
-std::vector<Rival> parameter_rivals(const Study& study, const Hypothesis& retuned) {
+std::vector<Rival> parameter_rivals(const Study& study, const Hypothesis& retuned, double moved) {
   const Vector t = surprises(retuned.fit, static_cast<Index>(study.tolerances.size()));
   const std::vector<PlantParameter> parameters = plant_parameters(study.nominal);
   const double occam = kParameter * static_cast<double>(study.tolerances.size());
   std::vector<Rival> rivals;
   for (std::size_t i = 0; i < study.tolerances.size(); ++i) {
     if (std::abs(t(static_cast<Index>(i))) < kNotSurprising) continue;
+    if (std::abs(retuned.fit.theta(static_cast<Index>(i))) < moved) continue;
     const std::string& name = study.tolerances[i].name;
     const auto known =
         std::find_if(parameters.begin(), parameters.end(), [&](const PlantParameter& p) { return p.name == name; });

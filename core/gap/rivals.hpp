@@ -35,7 +35,8 @@ std::vector<Rival> rivals_of(const std::vector<Hypothesis>& hypotheses);
 
 /// Parameters of the plant that may be out of tolerance: those whose surprise is above 1, fitted again without their
 /// prior, side by side. `hypothesis` is the number of the parameter.
-std::vector<Rival> parameter_rivals(const Study& study, const Hypothesis& retuned);
+/// @param moved tolerances by which re-tuning has moved it at least
+std::vector<Rival> parameter_rivals(const Study& study, const Hypothesis& retuned, double moved = 0);
 
 /// What the probabilities are weighed with.
 struct Weighing {

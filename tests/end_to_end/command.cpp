@@ -33,6 +33,13 @@ TEST_CASE("a command that is none is told with the known ones, whatever it looks
   CHECK_THAT(run_program("blind mke").err, Contains("known commands: make, run, score"));
 }
 
+TEST_CASE("the version tells the commit that the build was configured at") {
+  const Said said = run_program("--version");
+  CHECK(said.status == 0);
+  CHECK(said.err.empty());
+  CHECK_THAT(said.out, StartsWith("wheelhop ") && Contains(", commit "));
+}
+
 TEST_CASE("a word that is missing or wrong is told with the help that knows it") {
   CHECK_THAT(run_program("blind make").err, StartsWith("wheelhop: CONFIG is required (wheelhop blind make --help)"));
   CHECK_THAT(run_program("blind").err, Contains("(wheelhop blind --help)"));

@@ -97,6 +97,14 @@ TEST_CASE("a model identified from generated records follows the validation reco
   CHECK(single.find("record") == -1);
   CHECK(single.find("wheel_acc") > 0);
 
+  Json unstable = parse_json(read_file(folder / "model.json"), "model.json");
+  unstable["A"][0][0] = 1.5 + unstable["A"][0][0].get<double>();
+  write_json(folder / "unstable.json", unstable);
+  const Said refused = simulate(folder, "unstable.json", "data/drive.json", "none.csv", "");
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Contains("unstable.json: $.A") && Contains("spectral radius"));
+  CHECK_FALSE(std::filesystem::exists(folder / "none.csv"));
+
   // A drive of twice the size leaves the training range: that is flagged, by channel.
   drive.columns.row(1) *= 1.5;
   write_table(folder / "data/drive.csv", drive);
