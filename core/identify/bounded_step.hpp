@@ -14,8 +14,9 @@ Vector projected_gradient(ConstVectorRef gradient, ConstVectorRef theta, const B
 
 /// min over s of  gradient's + 1/2 s'H s  with theta + s in the box, by Newton steps on the components that are free,
 /// which change until none gains (Bertsekas 1982).
-/// @param H positive definite, lower triangle   @param theta inside the box
-/// Cost: one factorisation without bounds, else one or two more for every bound that is reached.
+/// @param H n x n, positive definite, lower triangle   @param gradient, theta n, theta inside the box
+/// @return n; zero where H or the gradient is not finite and the box has bounds. Cost: one factorisation without
+/// bounds, else one or two more for every bound that is reached.
 Vector bounded_step(const Matrix& H, ConstVectorRef gradient, ConstVectorRef theta, const Box& box);
 
 /// min over x of  ||A x - b||  with x in the box, by such a step from the point nearest to 0.

@@ -15,9 +15,9 @@ constexpr double kOneDirection = 0.5;
 /// chi2 a parameter has to bring: the 99 % point with one degree of freedom. An extrapolating power is worth more
 /// caution than Akaike's 2; the log N of Schwarz (10 for a minute's record) leaves out powers that are there.
 constexpr double kChi2 = 6.63;
-/// Share of the cost that weights of one sign may add. A model that steps from sample to sample errs by terms of (T^2 /
-/// 12) d2f/dt2, which powers of both signs imitate inside the training record: a share that a test against the noise
-/// alone would find significant, and small against what their cancellation costs as soon as a record goes further.
+/// Share of the cost that weights of one sign may add: a test against the noise alone would find it significant, but it
+/// is small against what powers that cancel cost as soon as a record goes further. Likely it is the error of a model
+/// that steps from sample to sample, of the order (T^2 / 12) d2f/dt2, which powers of both signs imitate.
 constexpr double kOneSign = 1e-3;
 
 using Maybe = std::optional<Refinement>;

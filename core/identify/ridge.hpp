@@ -11,9 +11,10 @@
 
 namespace wheelhop {
 
+/// Which powers a polynomial has.
 struct RidgeForm {
-  Index degree = 0;
-  bool odd = false;
+  Index degree = 0;        ///< the highest, >= 3
+  bool odd = false;        ///< odd powers alone
   bool hardening = false;  ///< no power with a weight of the other sign
 };
 
