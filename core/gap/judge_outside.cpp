@@ -17,12 +17,12 @@ constexpr double kRoundingSeen = 0.95;  // probability of a lattice that was see
 
 /// Locations by what an unknown signal there leaves, as rivals over blocks of time.
 void locate_by_leftover(Diagnosis& diagnosis) {
+  diagnosis.locations.clear();
   if (diagnosis.places.empty()) return;
   Vector leftovers(static_cast<Index>(diagnosis.places.size()));
   for (std::size_t i = 0; i < diagnosis.places.size(); ++i)
     leftovers(static_cast<Index>(i)) = std::max(diagnosis.places[i].leftover, 1e-3);
   const Vector p = rival_probabilities(leftovers, diagnosis.retuned.blocks.size(), kLimit);
-  diagnosis.locations.clear();
   for (std::size_t i = 0; i < diagnosis.places.size(); ++i)
     diagnosis.locations.push_back({diagnosis.places[i].location, p(static_cast<Index>(i))});
 }

@@ -28,7 +28,8 @@ Json effects_json(const Prepared& prepared) {
     Json item = {{"effect", wanted.kind->effect},
                  {"location", wanted.place},
                  {"in_catalogue", wanted.kind->effect != "unknown"},
-                 {"form", wanted.kind->form}};
+                 {"form", wanted.kind->form},
+                 {"catalogue_form", wanted.kind->catalogue_form}};
     if (i < prepared.system.effects.size()) {
       item["strength"] = prepared.system.effects[i].strength;
       item["unit"] = prepared.system.effects[i].unit;

@@ -17,7 +17,8 @@ std::vector<EffectKind> joined(std::initializer_list<std::vector<EffectKind>> li
 
 const std::vector<EffectKind>& effect_kinds(Family family) {
   static const std::vector<EffectKind> catalogue =
-      joined({strut_kinds(), damper_kinds(), tyre_kinds(), mass_kinds(), drive_kinds(), sensor_kinds()});
+      joined({strut_kinds(), damper_kinds(), tyre_kinds(), mass_kinds(), drive_kinds(), sensor_kinds(),
+              textbook_kinds(), textbook_path_kinds()});
   static const std::vector<EffectKind> unknown = joined({unknown_strut_kinds(), unknown_mass_kinds()});
   static const std::vector<EffectKind> parameter = parameter_kinds();
   return family == Family::catalogue ? catalogue : family == Family::unknown ? unknown : parameter;

@@ -56,6 +56,7 @@ struct EffectKind {
   std::vector<std::string> (*places)(const Plan& plan);
   /// Empty where the rig offers nothing to work on (a stop where nothing moves, an offset of a linear spring).
   std::optional<Formed> (*form_at)(const Surroundings& rig, const std::string& place, Random& random);
+  bool catalogue_form = false;  ///< the formula is one that a diagnosis may well hold
 };
 
 enum class Family { catalogue, unknown, parameter };
@@ -70,6 +71,8 @@ std::vector<EffectKind> tyre_kinds();
 std::vector<EffectKind> mass_kinds();
 std::vector<EffectKind> drive_kinds();
 std::vector<EffectKind> sensor_kinds();
+std::vector<EffectKind> textbook_kinds();
+std::vector<EffectKind> textbook_path_kinds();
 std::vector<EffectKind> unknown_strut_kinds();
 std::vector<EffectKind> unknown_mass_kinds();
 std::vector<EffectKind> parameter_kinds();
