@@ -93,6 +93,11 @@ void plausibly(EffectCandidate& candidate, const std::string& parameter, double 
   throw std::invalid_argument("plausibly: the candidate does not move " + parameter);
 }
 
+void defined_by(EffectCandidate& candidate, const std::string& parameter, double low, double high) {
+  plausibly(candidate, parameter, low, high);
+  candidate.plausible.back().defining = true;
+}
+
 void typically(EffectCandidate& candidate, const std::string& parameter, double value) {
   for (const FitParameter& own : candidate.parameters)
     if (own.name.ends_with("." + parameter)) {

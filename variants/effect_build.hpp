@@ -42,6 +42,8 @@ double stiffness_at_rest(const Element& element);
 
 /// Adds where the literature puts the parameter of that last part of a name ("force_n").
 void plausibly(EffectCandidate& candidate, const std::string& parameter, double low, double high);
+/// Adds between what sizes the parameter makes the effect this one: far above it has another name.
+void defined_by(EffectCandidate& candidate, const std::string& parameter, double low, double high);
 /// Adds the size that the literature gives to a parameter of that last part of a name.
 void typically(EffectCandidate& candidate, const std::string& parameter, double value);
 /// A third of the size of each moved value, a step that a fit can begin with.

@@ -15,6 +15,9 @@ struct Plausible {
   std::string parameter;
   double low = 0, high = 0;  ///< 0 < low < high, of |value - ideal|
   double ideal = 0;
+  bool defining = false;  ///< what lies far above is another effect, however well the equation fits
+  /// Standard deviations by which a value's logarithm lies off the middle.
+  double deviation(double value) const;
 };
 
 /// One effect at one place, in one form: the plant with it, ready to be simulated and fitted.
@@ -39,6 +42,10 @@ EffectCandidate at_typical_size(EffectCandidate candidate);
 /// Log of the log-normal densities of a fitted plant's parameters, each over its largest value: 0 where all lie in the
 /// middle of what is plausible, -1.35 for one at an end.
 double log_plausibility(const EffectCandidate& candidate, const Plant& fitted);
+
+/// A defining parameter that has left what the effect's name stands for, as "NAME 0.13, usually 0.001 to 0.03", or
+/// nothing.
+std::string undefined_size(const EffectCandidate& candidate, const Plant& fitted);
 
 /// A family of effects, tolerant of functional form: several candidates a place where forms differ.
 class Effect {

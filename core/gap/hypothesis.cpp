@@ -96,11 +96,22 @@ bool fit_candidate(const Study& study, const Hypothesis& base, EffectCandidate c
   Vector delivered = base.fit.theta, stepped = base.fit.theta + factor * screened.retuning;
   delivered.head(static_cast<Index>(study.tolerances.size())).setZero();
   const bool step = cost_of_start(study, base, out.start, stepped) < cost_of_start(study, base, out.start, delivered);
-  Vector theta = Vector::Zero(static_cast<Index>(out.parameters.size()));
-  theta.head(known) = step ? stepped : delivered;
-  if (!complete(study, study.solvers.quick, {kQuickIterations, &base.fit, false, theta},
-                {kQuickIterations, &base.held_out, false}, out))
-    return false;
+  const auto fit_with = [&](const Vector& first, Hypothesis& fitted) {
+    Vector theta = Vector::Zero(static_cast<Index>(fitted.parameters.size()));
+    theta.head(known) = first;
+    return complete(study, study.solvers.quick, {kQuickIterations, &base.fit, false, theta},
+                    {kQuickIterations, &base.held_out, false}, fitted);
+  };
+  Hypothesis other = out;
+  bool fitted = fit_with(step ? stepped : delivered, out);
+  // A fit whose parameters ran to their end has lost its way: once more, from the other side.
+  const auto count = static_cast<Index>(study.tolerances.size());
+  if ((!fitted || (stopped(out.fit, count) && !stopped(base.fit, count))) &&
+      fit_with(step ? delivered : stepped, other) && (!fitted || other.chi2 < out.chi2)) {
+    out = std::move(other);
+    fitted = true;
+  }
+  if (!fitted) return false;
   out.plausibility = base.plausibility + log_plausibility(candidate, out.fit.plant);
   out.effects.push_back(std::move(candidate));
   return true;
@@ -158,6 +169,10 @@ void polish(const Study& study, const Hypothesis& base, Hypothesis& hypothesis) 
 }
 
 }  // namespace
+
+bool stopped(const PlantFit& fit, Index count) {
+  return count > 0 && fit.theta.head(count).cwiseAbs().maxCoeff() > kAtEnd;
+}
 
 std::string name_of(const EffectCandidate& effect) { return effect.effect + "@" + effect.location; }
 

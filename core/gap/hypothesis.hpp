@@ -48,6 +48,9 @@ struct Hypothesis {
   double plausibility = 0;  ///< log_plausibility summed over the effects, <= 0
 };
 
+/// True if one of a fit's `count` leading parameters, those with tolerances, went as far as it may.
+bool stopped(const PlantFit& fit, Index count);
+
 /// "effect@location", as effects are named in files and to users.
 std::string name_of(const EffectCandidate& effect);
 

@@ -22,8 +22,7 @@ constexpr double kHeldSlope = 1.2;      // ... and what a share that stays unexp
 constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for
 constexpr double kWorthFreeing = 2;     // surprise of a parameter from which it is fitted without its tolerance
 constexpr double kNotHome = 4;          // surprise from which one wrong parameter is not all that is wrong
-constexpr double kAtEnd = 0.99 * kFarthest;  // tolerances from which a parameter has stopped there
-constexpr double kConsidered = 0.05;         // probability from which a rival is named
+constexpr double kConsidered = 0.05;    // probability from which a rival is named
 
 void add_locations(const std::vector<Rival>& rivals, Diagnosis& diagnosis) {
   std::map<std::string, double> sums;
@@ -54,7 +53,7 @@ void name_parameter(const GapCase& c, const Rival& rival, Diagnosis& diagnosis) 
   Hypothesis answer = fit_from(c.study, c.retuned, free);
   if (!answer.fit.error.empty()) linearise(answer.fit, free, c.study.data.fitted);
   const Hypothesis& best = answer.fit.error.empty() ? c.retuned : answer;
-  diagnosis.outcome = GapOutcome::parameter;
+  diagnosis.outcome = rival.effect.ends_with("_error") ? GapOutcome::parameter : GapOutcome::effect;
   diagnosis.named = {rival.name()};
   diagnosis.corrected = best.stage;
   diagnosis.plant = best.fit.plant;
@@ -138,7 +137,7 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
   const double left = c.retuned.chi2 / c.floor_chi2() - 1;
   // A parameter that is free inside its tolerance, and a wide one, would have been tuned to the floor, unless it
   // stopped at the end of what re-tuning may move.
-  const bool at_end = t.size() > 0 && c.retuned.fit.theta.head(t.size()).cwiseAbs().maxCoeff() > kAtEnd;
+  const bool at_end = stopped(c.retuned.fit, t.size());
   double fall = 0;
   const bool alone = left <= kTooSmall || rivals.empty();
   if (surprise > kWorthFreeing && (alone || at_end))
@@ -196,10 +195,22 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
                          answer.chi2 - c.floor_chi2() > kNotice * diagnosis.floor.colour &&
                          leftover_ratio(diagnosis, answer.effects.back().location) >
                              (explained < kExplainsWell ? kElsewhere : kFarElsewhere);
-  if (explained < kExplains || misplaced) {
+  const std::string odd =
+      diagnosis.outcome != GapOutcome::several ? undefined_size(answer.effects.back(), answer.fit.plant) : "";
+  if (explained < kExplains || misplaced || !odd.empty()) {
+    const std::vector<LocationProbability> by_rivals = diagnosis.locations;
     // Noise rounds differently each time: a converter that is simulated without it explains a part of its error alone.
     const bool rounding = rivals.front().effect == "quantisation" && name_rounding(c, diagnosis);
     if (!rounding) name_unknown(c, diagnosis);
+    if (!odd.empty()) {
+      diagnosis.message = fmt::format("it acts as {} would with {}", answer.effects.back().effect, odd);
+      diagnosis.suspects.front().probability *= 1 - kHeld;
+      if (explained > kExplainsWell) {  // a law there does it, whatever its name
+        diagnosis.outcome = GapOutcome::located_not_in_catalogue;
+        diagnosis.locations = by_rivals;
+        diagnosis.named = {"unknown@" + answer.effects.back().location};
+      }
+    }
   }
   if (diagnosis.outcome == GapOutcome::several) diagnosis.shares = effect_shares(c.study, c.retuned, answer, singles);
 }

@@ -27,14 +27,15 @@ constexpr double kStateSpread =
     3;                             // prior of an initial state around rest, in RMS values of the states under the drive
 constexpr double kForgotten = 14;  // e-folds after which an initial state counts as forgotten
 
-/// Values a parameter may take: its range, on the side of 0 where it starts, and the start itself.
-Range allowed(const std::vector<PlantParameter>& known, const std::string& name, double start) {
+/// Values a parameter may take: its range and the start itself; of one that is known within a tolerance, on the side of
+/// 0 where it is known to lie.
+Range allowed(const std::vector<PlantParameter>& known, const FitParameter& fitted, double start) {
   const double infinity = std::numeric_limits<double>::infinity();
   Range range{-infinity, infinity};
   for (const PlantParameter& parameter : known)
-    if (parameter.name == name) range = parameter.range;
-  if (start > 0) range.low = std::max(range.low, 0.0);
-  if (start < 0) range.high = std::min(range.high, 0.0);
+    if (parameter.name == fitted.name) range = parameter.range;
+  if (fitted.prior_std > 0 && start > 0) range.low = std::max(range.low, 0.0);
+  if (fitted.prior_std > 0 && start < 0) range.high = std::min(range.high, 0.0);
   return {std::min(range.low, start), std::max(range.high, start)};
 }
 
@@ -45,7 +46,7 @@ Box bounds(const Plant& plant, const std::vector<FitParameter>& parameters) {
   Box box{Vector(static_cast<Index>(parameters.size())), Vector(static_cast<Index>(parameters.size()))};
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const double start = get_parameter(plant, parameters[i].name);
-    const Range range = allowed(known, parameters[i].name, start);
+    const Range range = allowed(known, parameters[i], start);
     const double std = parameters[i].prior_std, most = std > 0 ? kFarthest * std : infinity;
     box.lower(static_cast<Index>(i)) = std::max((range.low - start) / parameters[i].scale, -most);
     box.upper(static_cast<Index>(i)) = std::min((range.high - start) / parameters[i].scale, most);
@@ -59,7 +60,7 @@ bool move_parameters(Plant& plant, const std::vector<FitParameter>& parameters, 
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const double start = get_parameter(plant, parameters[i].name);
     const double value = start + theta(static_cast<Index>(i)) * parameters[i].scale;
-    const Range range = allowed(known, parameters[i].name, start);
+    const Range range = allowed(known, parameters[i], start);
     const double inside = std::clamp(value, range.low, range.high);
     if (!(std::abs(value - inside) <= kRounding * parameters[i].scale)) return false;
     set_parameter(plant, parameters[i].name, inside);

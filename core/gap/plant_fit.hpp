@@ -13,6 +13,8 @@ namespace wheelhop {
 
 /// Standard deviations of its prior that a parameter may move.
 inline constexpr double kFarthest = 15;
+/// Tolerances from which a parameter has stopped there.
+inline constexpr double kAtEnd = 0.99 * kFarthest;
 
 /// A parameter of the plant that a fit moves: value = start + theta * scale.
 struct FitParameter {

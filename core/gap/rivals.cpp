@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace wheelhop {
@@ -14,10 +15,31 @@ constexpr double kParameter = 1.5;    // what one more parameter has to bring, i
 constexpr double kFloorKnown = 1.05;  // of the floor, within which it is not told from what is left
 constexpr double kOfRemains = 0.05;   // b
 
-std::string error_id(const std::string& parameter) {
-  if (parameter.find("mass_kg") != std::string::npos) return "mass_error";
-  if (parameter.find("damping") != std::string::npos) return "damping_error";
-  return "stiffness_error";
+/// Stiffness and damping of all elements together, at a travel and rate.
+std::array<double, 2> slopes_at(const Plant& plant, double x, double v) {
+  std::array<double, 2> sum = {0, 0};
+  for (const Element& element : plant.elements)
+    for (const Law& law : element.laws) {
+      double k = 0, d = 0;
+      if (law.states() > 0 || !law.slopes(x, v, k, d)) continue;
+      sum[0] += k;
+      sum[1] += d;
+    }
+  return sum;
+}
+
+/// What an error of a parameter is called: what it changes at rest, or how it bends a law away from there.
+std::string error_id(const Plant& plant, const PlantParameter& parameter) {
+  constexpr double away = 1e-3;  // m, m/s
+  if (parameter.name.ends_with("mass_kg")) return "mass_error";
+  Plant moved = plant;
+  set_parameter(moved, parameter.name, 1.1 * parameter.value);
+  const auto rest = slopes_at(plant, 0, 0), moved_rest = slopes_at(moved, 0, 0);
+  if (rest[1] != moved_rest[1]) return "damping_error";
+  if (rest[0] != moved_rest[0]) return "stiffness_error";
+  const auto there = slopes_at(plant, away, away), moved_there = slopes_at(moved, away, away);
+  if (there[0] != moved_there[0]) return "spring_nonlinearity";
+  return there[1] != moved_there[1] ? "damper_nonlinearity" : "stiffness_error";
 }
 
 }  // namespace
@@ -53,7 +75,8 @@ std::vector<Rival> parameter_rivals(const Study& study, const Hypothesis& retune
     const std::string& name = study.tolerances[i].name;
     const auto known =
         std::find_if(parameters.begin(), parameters.end(), [&](const PlantParameter& p) { return p.name == name; });
-    rivals.push_back({error_id(name), known->location, i, true, retuned.chi2, retuned.prior_chi2, -occam});
+    rivals.push_back(
+        {error_id(study.nominal, *known), known->location, i, true, retuned.chi2, retuned.prior_chi2, -occam});
   }
   tbb::parallel_for(std::size_t{0}, rivals.size(), [&](std::size_t k) {
     std::vector<FitParameter> free = study.tolerances;

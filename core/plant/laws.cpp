@@ -8,9 +8,11 @@ LawKind linear_spring();
 LawKind viscous_damper();
 LawKind hardening_spring();
 LawKind polynomial_spring();
+LawKind bending_spring();
 LawKind coulomb_friction();
 LawKind bouc_wen();
 LawKind maxwell_branch();
+LawKind damper_mount();
 LawKind asymmetric_damper();
 LawKind digressive_damper();
 LawKind power_law_damper();
@@ -27,9 +29,11 @@ const std::vector<LawKind>& law_table() {
                                              viscous_damper(),
                                              hardening_spring(),
                                              polynomial_spring(),
+                                             bending_spring(),
                                              coulomb_friction(),
                                              bouc_wen(),
                                              maxwell_branch(),
+                                             damper_mount(),
                                              asymmetric_damper(),
                                              digressive_damper(),
                                              power_law_damper(),

@@ -93,6 +93,21 @@ TEST_CASE("a common factor of masses and forces cannot be seen: its posterior is
   CHECK(factor_variance == Approx(1 / direction.squaredNorm()).epsilon(0.05));
 }
 
+TEST_CASE("an effect's coefficient that starts on the wrong side of zero crosses it; a tolerance's does not") {
+  Plant nominal = plant_from(one_mass_text);
+  nominal.elements[0].laws.push_back({find_law("polynomial_spring"), {0, 0, 5e5}});
+  Plant truth = nominal;
+  const std::string cubic = "spring.polynomial_spring.coefficients_3";
+  set_parameter(truth, cubic, -4e5);
+  const Measurement m = measure(truth, 6, 4, 0.005, 514);
+  const auto fitted = [&](double prior_std) {
+    const PlantFit fit = fit_plant(nominal, {{cubic, 3e5, prior_std}}, {m.record}, *make_levenberg_marquardt({}), {30});
+    return get_parameter(fit.plant, cubic);
+  };
+  CHECK(fitted(0) == Approx(-4e5).epsilon(0.1));
+  CHECK(fitted(100) >= 0);
+}
+
 TEST_CASE("the scale of a parameter is a unit: it does not change what is found") {
   const Plant nominal = plant_from(one_mass_text);
   Plant truth = nominal;

@@ -47,6 +47,7 @@ TEST_CASE("dampers keep the sign of the velocity, and each family bends the way 
   CHECK(soft == Approx(-1000 * 0.5 / 6));
   CHECK(linear == -500);
   CHECK(hard == Approx(-1000 * 0.5 * 6));
+  double f = 0;
   // The correction is the whole less the viscous part.
   const Law correction{.kind = find_law("digressive_damper"), .values = {1000, 0.1, 0}};
   double extra = 0;
@@ -57,8 +58,13 @@ TEST_CASE("dampers keep the sign of the velocity, and each family bends the way 
   REQUIRE(asymmetric.force(0, -0.2, jounce));
   CHECK(rebound == Approx(60));  // growing travel is damped more
   CHECK(jounce == Approx(60));   // shrinking less
+  // A sharp knee leaves the damper alone below it, a rounded one bends from standstill on.
+  const Law sharp{.kind = find_law("digressive_damper"), .values = {1000, 0.1, 0, 8}};
+  REQUIRE(sharp.force(0, 0.05, f));
+  CHECK(f == Approx(0).margin(0.1));
+  REQUIRE(sharp.force(0, 0.5, f));
+  CHECK(f == Approx(1000 * (0.1 - 0.5)).epsilon(1e-3));
   const Law grooves{.kind = find_law("position_dependent_damper"), .values = {1000, 100, 2}};
-  double f = 0;
   REQUIRE(grooves.force(0.1, 0.5, f));
   CHECK(f == Approx(1000 * (100 * 0.01 + 0.2) * 0.5));
 }
@@ -170,6 +176,23 @@ TEST_CASE("inside its clearance an element's spring is slack, and a load rests b
   const Equilibrium lifted = static_equilibrium(car, Vector::Constant(1, 0.4));
   REQUIRE(lifted.status == Status::ok);
   CHECK(lifted.positions(0) == Approx(0.4));
+}
+
+TEST_CASE("a bending spring leaves rest alone, saturates or hardens as its exponent says, and never pulls back") {
+  const auto total = [](double exponent, double x) {
+    const Law law{.kind = find_law("bending_spring"), .values = {20000, 0.01, exponent}};
+    double f = 0;
+    REQUIRE(law.force(x, 0, f));
+    return 20000 * x + f;
+  };
+  for (const double exponent : {0.0, 0.5, 1.0, 3.0}) {
+    CAPTURE(exponent);
+    CHECK(total(exponent, 1e-5) == Approx(0.2).epsilon(1e-5));
+    CHECK(total(exponent, -0.03) == Approx(-total(exponent, 0.03)));
+    for (double x = 0; x < 0.1; x += 0.01) CHECK(total(exponent, x + 0.01) > total(exponent, x));
+  }
+  CHECK(total(0, 10) == Approx(20000 * 0.01).epsilon(1e-3));
+  CHECK(total(3, 0.02) == Approx(20000 * (0.02 + 8e-6 / 1e-4)));  // linear and cubic
 }
 
 TEST_CASE("a shifted working point gives F(x + x0) - F(x0), and a linear spring does not notice it") {

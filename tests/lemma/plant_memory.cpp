@@ -38,7 +38,7 @@ TEST_CASE("a law with memory rests at zero, splits its power into stored energy 
     for (const std::vector<Law>& laws : groups())
       if (laws.back().kind == &kind) law = laws.back();
     REQUIRE(law.kind == &kind);
-    const double scale = kind.name == "maxwell_branch" ? 100 : 0.6;
+    const double scale = kind.name == "maxwell_branch" || kind.name == "damper_mount" ? 100 : 0.6;
     double f = 1, rate = 1, zero = 0;
     REQUIRE(kind.memory.force(law.values, 0.03, 0, &zero, f, &rate));
     CHECK(f == 0);
@@ -132,6 +132,20 @@ TEST_CASE("a Maxwell branch has the stiffness k j w tau / (1 + j w tau)") {
   const std::complex<double> response =
       (model.C.row(0).cast<std::complex<double>>() * system.inverse() * model.B.cast<std::complex<double>>())(0, 0);
   CHECK(std::abs(response * (2.0 * s * s + 4.0 * s + 800.0 + branch) - 1.0) < 1e-10);
+}
+
+TEST_CASE("a damper behind a mount is that damper at low frequency, and the mount's spring at high") {
+  const std::vector<Law> behind = {
+      law_from(R"({"law": "viscous_damper", "damping_ns_per_m": 1500})"),
+      law_from(R"({"law": "damper_mount", "damping_ns_per_m": 1500, "relaxation_s": 0.004})")};
+  for (const double frequency : {0.1, 1 / (2 * M_PI * 0.004), 2000.0}) {
+    CAPTURE(frequency);
+    const double w = 2 * M_PI * frequency, lag = w * 0.004, amplitude = 0.001;
+    double largest = 0;
+    const double area = loop_area(behind, amplitude, frequency, &largest);
+    CHECK(largest == Approx(amplitude * 1500 * w / std::hypot(1, lag)).epsilon(0.01));
+    CHECK(area == Approx(M_PI * amplitude * amplitude * 1500 * w / (1 + lag * lag)).epsilon(0.02));
+  }
 }
 
 TEST_CASE("laws with memory leave the equilibrium and its start alone") {

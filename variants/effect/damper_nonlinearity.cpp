@@ -13,13 +13,19 @@ std::shared_ptr<const Effect> make_damper_nonlinearity(const EffectOptions&) {
       for (const double share : {0.7, 2.0}) {
         const double knee = share * own.rate_rms_m_per_s;
         list.push_back(with_law(plant, e, "damper_nonlinearity", "digressive", "digressive_damper",
-                                {damping, knee, 0.5}, {{"knee_velocity_m_per_s", third(knee)}, {"exponent", 0.2}}));
+                                {damping, knee, 0.5, 1}, {{"knee_velocity_m_per_s", third(knee)}, {"exponent", 0.2}}));
         list.back().proportional = false;
         typically(list.back(), "knee_velocity_m_per_s", 0.2);
       }
       const double knee = 2 * own.rate_rms_m_per_s;
-      list.push_back(with_law(plant, e, "damper_nonlinearity", "progressive", "digressive_damper", {damping, knee, 1.5},
-                              {{"knee_velocity_m_per_s", third(knee)}, {"exponent", 0.2}}));
+      // A valve that opens: hardly anything below the knee.
+      list.push_back(with_law(plant, e, "damper_nonlinearity", "blow-off", "digressive_damper",
+                              {damping, 0.5 * knee, 0.3, 2},
+                              {{"knee_velocity_m_per_s", third(0.5 * knee)}, {"exponent", 0.2}, {"sharpness", 0.5}}));
+      list.back().proportional = false;
+      typically(list.back(), "knee_velocity_m_per_s", 0.2);
+      list.push_back(with_law(plant, e, "damper_nonlinearity", "progressive", "digressive_damper",
+                              {damping, knee, 1.5, 1}, {{"knee_velocity_m_per_s", third(knee)}, {"exponent", 0.2}}));
       list.back().proportional = false;
       typically(list.back(), "knee_velocity_m_per_s", 0.5);
       const double per_m = 0.1 / std::max(own.travel_rms_m, 1e-9), per_m2 = per_m / std::max(own.travel_rms_m, 1e-9);

@@ -14,19 +14,27 @@ std::shared_ptr<const Effect> make_spring_nonlinearity(const EffectOptions&) {
       list.push_back(with_law(plant, e, "spring_nonlinearity", "polynomial", "polynomial_spring", {0, quadratic, cubic},
                               {{"coefficients_2", quadratic}, {"coefficients_3", cubic}}));
       list.back().either_sign = true;
+      for (const double exponent : {0.5, 2.5}) {  // softer or harder, without the pole or the fall of a polynomial
+        list.push_back(with_law(plant, e, "spring_nonlinearity", exponent < 1 ? "softening" : "hardening",
+                                "bending_spring", {stiffness, 2 * reach, exponent},
+                                {{"knee_travel_m", third(2 * reach)}, {"exponent", 0.3}}));
+        list.back().proportional = false;
+      }
       // A characteristic of straight pieces: another slope beyond a knee, on one side or on both.
       if (!(own.travel_high_m > 0 && own.travel_low_m < 0)) continue;
       constexpr double none = std::numeric_limits<double>::infinity();
       const double growing = 0.35 * own.travel_high_m, shrinking = -0.35 * own.travel_low_m, extra = 0.2 * stiffness;
-      list.push_back(with_law(plant, e, "spring_nonlinearity", "knee in growing travel", "bump_stop",
-                              {none, growing, extra, 1},
-                              {{"stiffness_n_per_m", extra}, {"extension_gap_m", 0.2 * growing}}));
-      list.push_back(with_law(plant, e, "spring_nonlinearity", "knee in shrinking travel", "bump_stop",
-                              {shrinking, none, extra, 1},
-                              {{"stiffness_n_per_m", extra}, {"compression_gap_m", 0.2 * shrinking}}));
-      list.push_back(with_law(
-          plant, e, "spring_nonlinearity", "knees on both sides", "bump_stop", {shrinking, growing, extra, 1},
-          {{"stiffness_n_per_m", extra}, {"extension_gap_m", 0.2 * growing}, {"compression_gap_m", 0.2 * shrinking}}));
+      const auto knee = [&](const std::string& form, double below, double above,
+                            const std::vector<std::pair<std::string, double>>& moved) {
+        list.push_back(with_law(plant, e, "spring_nonlinearity", form, "bump_stop", {below, above, extra, 1}, moved));
+        for (std::size_t k = 1; k < moved.size(); ++k)  // within the usual travel; what the peaks alone meet is a stop
+          plausibly(list.back(), moved[k].first, 0.15 * own.travel_rms_m, 1.3 * own.travel_rms_m);
+      };
+      knee("knee in growing travel", none, growing, {{"stiffness_n_per_m", extra}, {"extension_gap_m", 0.2 * growing}});
+      knee("knee in shrinking travel", shrinking, none,
+           {{"stiffness_n_per_m", extra}, {"compression_gap_m", 0.2 * shrinking}});
+      knee("knees on both sides", shrinking, growing,
+           {{"stiffness_n_per_m", extra}, {"extension_gap_m", 0.2 * growing}, {"compression_gap_m", 0.2 * shrinking}});
     }
   });
 }

@@ -5,17 +5,25 @@
 namespace wheelhop {
 namespace {
 
-enum { damping, knee, exponent };
+enum { damping, knee, exponent, sharpness };
 
-double shape(std::span<const double> p, double v) { return std::pow(1 + std::abs(v) / p[knee], p[exponent] - 1) - 1; }
+/// (|v|/v_0)^m
+double powered(std::span<const double> p, double v) {
+  const double ratio = std::abs(v) / p[knee];
+  return p[sharpness] == 1 ? ratio : std::pow(ratio, p[sharpness]);
+}
+
+double shape(std::span<const double> p, double v) {
+  return std::pow(1 + powered(p, v), (p[exponent] - 1) / p[sharpness]) - 1;
+}
 
 }  // namespace
 
-// Beside a viscous damper of at least the same damping the two are passive: d v (1 + |v|/v_0)^(n-1) has the sign of v.
+// Beside a viscous damper of at least the same damping the two are passive: their force has the sign of v.
 LawKind digressive_damper() {
   LawKind kind;
   kind.name = "digressive_damper";
-  kind.equation = "F = d v ((1 + |v|/v_0)^(n-1) - 1), beside a viscous damper d";
+  kind.equation = "F = d v ((1 + (|v|/v_0)^m)^((n-1)/m) - 1), beside a viscous damper d";
   kind.source = "blow-off (n < 1) or orifice flow (n > 1) as a departure from a viscous damper";
   kind.parameters = {{.name = "damping_ns_per_m",
                       .unit = "Ns/m",
@@ -33,15 +41,22 @@ LawKind digressive_damper() {
                       .range = {.low = -1, .high = 3},
                       .required = false,
                       .fallback = 0,
-                      .typical = 0.5}};
+                      .typical = 0.5},
+                     {.name = "sharpness",
+                      .unit = "-",
+                      .meaning = "m of the knee: 1 bends from standstill on, 2 is smooth there, 6 is nearly a corner",
+                      .range = {.low = 0.5, .high = 8},
+                      .required = false,
+                      .fallback = 1}};
   kind.force = [](std::span<const double> p, double, double v, double& f) {
     f = p[damping] * v * shape(p, v);
     return true;
   };
   kind.slopes = [](std::span<const double> p, double, double v, double& df_dx, double& df_dv) {
-    const double ratio = std::abs(v) / p[knee];
+    const double ratio = powered(p, v);
     df_dx = 0;
-    df_dv = p[damping] * (shape(p, v) + ratio * (p[exponent] - 1) * std::pow(1 + ratio, p[exponent] - 2));
+    df_dv = p[damping] *
+            (shape(p, v) + ratio * (p[exponent] - 1) * std::pow(1 + ratio, (p[exponent] - 1) / p[sharpness] - 1));
     return true;
   };
   kind.dissipation = [](std::span<const double> p, double, double v) { return p[damping] * v * v * shape(p, v); };
