@@ -171,11 +171,11 @@ Ceiling ceiling_of(const Plant& bare, const std::vector<FitRecord>& fitted, cons
   std::string from, to;
   if (!ends_of(bare, location, from, to))
     return no_ceiling(location, "what enters at \"" + location + "\" is no force that a motion could make");
-  const LinearPlant linear = linearise_with_force(bare, from, to);
-  if (linear.A.size() == 0) return no_ceiling(location, "no force can act there");
   const PlantFit trained = fit_plant(bare, {}, fitted, pieces.plant_solver, {kIterations, nullptr, false});
   const PlantFit tested = fit_plant(bare, {}, held_out, pieces.plant_solver, {kIterations, nullptr, false});
   if (trained.error.empty() || tested.error.empty()) return no_ceiling(location, "the plant cannot follow the drives");
+  const LinearPlant linear = linearise_with_force(trained, from, to);
+  if (linear.A.size() == 0) return no_ceiling(location, "no force can act there");
   const ForceReconstruction taught = reconstruct_force(trained, fitted, location);
   ForceReconstruction asked = reconstruct_force(tested, held_out, location);
   for (const std::string& why_not : {taught.why_not, asked.why_not})

@@ -10,7 +10,8 @@ namespace wheelhop {
 namespace {
 
 constexpr double kOwnDoing = 0.04;  // share of an unknown signal that states explain, below which it is from outside
-constexpr double kClearly = 0.05;   // of that share, by which another place of those that enter alike explains more
+constexpr double kClearly = 0.05;   // of that share, by which another place of those that enter alike explains more,
+constexpr double kRemainder = 0.25; // or of what a place leaves unexplained, below which another one leaves less
 constexpr double kNearly = 1.5;     // leftover over that of the best place, up to which the motion decides between them
 constexpr double kRounded = 0.15;   // share of the floor that rounding makes, from which the converter is named
 constexpr double kRoundingSeen = 0.95;  // probability of a lattice that was seen in the readings
@@ -54,20 +55,30 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
   const std::vector<std::string> alike = entries_of(diagnosis.places.front());
   const auto guide =
       std::find_if(alike.begin(), alike.end(), [](const std::string& entry) { return entry.starts_with(kGuide); });
-  double most = explained_by_states(fit, c.study.data.fitted, location, location) + kClearly;
-  if (guide != alike.end() && explained_by_states(fit, c.study.data.fitted, location) < kOwnDoing) {
+  const auto explained = [&](const std::string& at, const std::string& entry) {
+    return explained_by_states(fit, c.study.data.fitted, at, entry);
+  };
+  if (guide != alike.end() && explained(location, "") < kOwnDoing) {
     location = *guide;  // a force from outside acts on a mass
     diagnosis.outcome = GapOutcome::exogenous;
   } else if (!location.starts_with("sensor:")) {
-    // The records hardly tell these places apart, but a law at one of them reads what moves there.
+    // The records hardly tell these places apart, but a law at one of them reads what moves there; what one end of an
+    // element alone feels reads that element's motion and acts on a mass.
+    const double own = explained(location, location);
+    double most = own;
+    const auto weigh = [&](const std::string& at, const std::string& entry) {
+      const double share = explained(at, entry);
+      if (!(share > most) || !(share > own + kClearly || 1 - share < kRemainder * (1 - own))) return;
+      diagnosis.locations.front().location = entry;
+      most = share;
+    };
+    const std::string first = location;
     for (const Place& place : diagnosis.places)
-      for (const std::string& entry : entries_of(place)) {
-        if (place.leftover > kNearly * diagnosis.places.front().leftover) continue;
-        const double share = explained_by_states(fit, c.study.data.fitted, place.location, entry);
-        if (!(share > most)) continue;
-        location = entry;
-        most = share;
-      }
+      if (place.leftover <= kNearly * diagnosis.places.front().leftover)
+        for (const std::string& entry : entries_of(place)) weigh(place.location, entry);
+    if (first.starts_with(kGuide))
+      for (const Element& element : fit.plant.elements)
+        if (kGuide + element.from == first || kGuide + element.to == first) weigh(first, element.name);
   }
   // A force between the ground and a mass is one on the mass.
   if (location.starts_with(kGuide)) location.erase(0, std::strlen(kGuide));

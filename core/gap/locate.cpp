@@ -18,7 +18,7 @@ constexpr Index kNearbyLines = 4;        // either side, over which the unknown 
 constexpr double kOverChance = 2;        // its power has to be so many times the noise's there, more than chance makes
 constexpr double kAboveTypical = 10;     // and may be so many times that of the lines where it is seen best
 
-/// A force of one Newton at a place, through the plant linearised at rest.
+/// A force of one Newton at a place, through the plant linearised over its motion.
 struct Probe {
   Place place;
   LinearPlant linear;
@@ -34,10 +34,11 @@ bool enter_alike(const LinearPlant& a, const LinearPlant& b, double highest_hz) 
   return true;
 }
 
-std::vector<Probe> probes_of(const Plant& plant, double highest_hz) {
+std::vector<Probe> probes_of(const PlantFit& fit, double highest_hz) {
+  const Plant& plant = fit.plant;
   std::vector<Probe> probes;
   const auto add = [&](const std::string& from, const std::string& to, const std::string& location) {
-    Probe probe{{location, {}, 0}, linearise_with_force(plant, from, to)};
+    Probe probe{{location, {}, 0}, linearise_with_force(fit, from, to)};
     if (probe.linear.A.size() == 0) return;
     for (Probe& other : probes)
       if (enter_alike(probe.linear, other.linear, highest_hz)) {
@@ -135,27 +136,28 @@ double left_at_best(const Matrix& H, const PlantFit& fit) {
   return H(0, 0) + moved.dot(pull) - b.dot(Eigen::LDLT<Matrix>(A).solve(b));
 }
 
-}  // namespace
+/// Gram matrices of [z, J] over the channels, and what of them an unknown signal at each place takes.
+struct Explained {
+  Matrix all;
+  std::vector<Matrix> sensors, probes;
+  double freedom = 0;  ///< of what remains: one of p channels' went into the signal
+};
 
-std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& records) {
-  std::vector<Place> places;
-  const Index p = fit.plant.sensor_count();
-  if (p < 2 || fit.error.size() != records.size()) return places;
-  const double highest_hz = 0.4 * fit.plant.hold_hz() / static_cast<double>(records.front().ratio);
-  std::vector<Probe> probes = probes_of(fit.plant, highest_hz);
-  const Index columns = 1 + fit.jacobian.cols();
-  Matrix all = Matrix::Zero(columns, columns);
-  std::vector<Matrix> of_sensor(static_cast<std::size_t>(p), all), of_probe(probes.size(), all);
-  double independent = 0;
+Explained explained_at(const std::vector<Probe>& probes, const PlantFit& fit, const std::vector<FitRecord>& records) {
+  const Index p = fit.plant.sensor_count(), columns = 1 + fit.jacobian.cols();
+  Explained sum;
+  sum.all = Matrix::Zero(columns, columns);
+  sum.sensors.assign(static_cast<std::size_t>(p), sum.all);
+  sum.probes.assign(probes.size(), sum.all);
   Index first = 0;
   for (std::size_t i = 0; i < records.size(); ++i) {
     const Spectra spectra = spectra_of(fit, records, i, first);
     first += p * (fit.error[i].cols() - records[i].skip);
-    independent += 2 * static_cast<double>(spectra.lines()) / kHannLinesApart;
+    sum.freedom += static_cast<double>(p - 1) * 2 * static_cast<double>(spectra.lines()) / kHannLinesApart;
     for (Index j = 0; j < p; ++j) {
       const Matrix own = gram(spectra.channels[static_cast<std::size_t>(j)]);
-      of_sensor[static_cast<std::size_t>(j)] += own;
-      all += own;
+      sum.sensors[static_cast<std::size_t>(j)] += own;
+      sum.all += own;
     }
     const Vector weight = records[i].weight_std.cwiseInverse();
     for (std::size_t k = 0; k < probes.size(); ++k) {
@@ -168,16 +170,28 @@ std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& rec
         for (Index j = 0; j < p; ++j)
           explained.row(line) += std::conj(g(j)) * spectra.channels[static_cast<std::size_t>(j)].row(line);
       }
-      of_probe[k] += gram(explained);
+      sum.probes[k] += gram(explained);
     }
   }
-  const double freedom = static_cast<double>(p - 1) * independent;
+  return sum;
+}
+
+}  // namespace
+
+std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& records) {
+  std::vector<Place> places;
+  const Index p = fit.plant.sensor_count();
+  if (p < 2 || fit.error.size() != records.size()) return places;
+  const double highest_hz = 0.4 * fit.plant.hold_hz() / static_cast<double>(records.front().ratio);
+  std::vector<Probe> probes = probes_of(fit, highest_hz);
+  const Explained explained = explained_at(probes, fit, records);
   for (Index j = 0; j < p; ++j)
-    places.push_back({"sensor:" + fit.plant.sensors[static_cast<std::size_t>(j)].name,
-                      {},
-                      left_at_best(all - of_sensor[static_cast<std::size_t>(j)], fit) / freedom});
+    places.push_back(
+        {"sensor:" + fit.plant.sensors[static_cast<std::size_t>(j)].name,
+         {},
+         left_at_best(explained.all - explained.sensors[static_cast<std::size_t>(j)], fit) / explained.freedom});
   for (std::size_t k = 0; k < probes.size(); ++k) {
-    probes[k].place.leftover = left_at_best(all - of_probe[k], fit) / freedom;
+    probes[k].place.leftover = left_at_best(explained.all - explained.probes[k], fit) / explained.freedom;
     places.push_back(std::move(probes[k].place));
   }
   std::stable_sort(places.begin(), places.end(),
@@ -207,7 +221,7 @@ UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& 
   }
   std::string from, to;
   const LinearPlant linear =
-      ends_of(fit.plant, location, from, to) ? linearise_with_force(fit.plant, from, to) : LinearPlant{};
+      ends_of(fit.plant, location, from, to) ? linearise_with_force(fit, from, to) : LinearPlant{};
   if (linear.A.size() == 0) {
     result.message = "no force stands for the place \"" + location + "\"";
     return result;

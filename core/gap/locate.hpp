@@ -25,8 +25,8 @@ struct Place {
 /// force, and bent to take its part. A sensor's unknown explains its own channel whole and no other. Places that the
 /// linearised plant gives one direction at every frequency are merged.
 ///
-/// The plant is linearised at rest, so a gap many times the noise in a strongly nonlinear plant leaves more than 1 even
-/// at the right place; the order of the places is what counts then.
+/// The plant is linearised over the motion of the fit, so a gap many times the noise in a strongly nonlinear plant
+/// leaves more than 1 even at the right place; the order of the places is what counts then.
 /// @param fit of fit_plant over `records`   @return ascending by leftover; empty for p = 1, where any place explains
 /// all. Cost: a transform a column of J and record, a solution of the linear plant a place and line.
 std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& records);
@@ -50,8 +50,9 @@ struct UnknownSignal {
 /// a sensor it is measured minus simulated of its channel.
 ///
 /// z fades in and out over its first and last twentieth, and so does f; silence is put around it. g is the response of
-/// the plant linearised at rest, exact for a force without content above the band; sensor paths count as ideal. What
-/// the channels hardly see of a force (the static part of one between masses, to accelerometers) is missing from f.
+/// the plant linearised over the motion of the fit, exact for a force without content above the band; sensor paths
+/// count as ideal. What the channels hardly see of a force (the static part of one between masses, to accelerometers)
+/// is missing from f.
 /// @param i number of the record   @param location of a Place, or one of its `same`
 /// Status: unavailable if the plant has no such place; rank_deficient if no channel sees a force there. Cost: one
 /// transform and a solution of the linear plant a frequency.

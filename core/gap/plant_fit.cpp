@@ -25,6 +25,7 @@ constexpr double kRounding = 1e-9;  // of a scale
 constexpr Index kSubsteps = 4;  // at most: a candidate with a stiffer law than that is a candidate with a bad parameter
 constexpr double kStateSpread =
     3;                             // prior of an initial state around rest, in RMS values of the states under the drive
+constexpr Index kVisited = 100;    // operating points a record
 constexpr double kForgotten = 14;  // e-folds after which an initial state counts as forgotten
 
 /// Values a parameter may take: its range and the start itself; of one that is known within a tolerance, on the side of
@@ -221,6 +222,17 @@ bool typical_states(const Plant& plant, const std::vector<FitRecord>& records, V
   return true;
 }
 
+/// Adds operating points of a record, evenly over the samples that are scored.
+void visit(const Simulation& result, const FitRecord& record, Matrix& visited) {
+  const Index N = result.states.rows(), m = record.drive.rows(), scored = record.y.cols() - record.skip;
+  const Index count = std::min(kVisited, scored), before = visited.cols();
+  visited.conservativeResize(N + m, before + count);
+  for (Index k = 0; k < count; ++k) {
+    const Index sample = record.skip + k * scored / count;
+    visited.col(before + k) << result.states.col(sample), record.drive.col(sample * record.ratio);
+  }
+}
+
 Vector scored_residual(const std::vector<Matrix>& errors, const std::vector<FitRecord>& records) {
   Index total = 0, filled = 0;
   for (const FitRecord& record : records) total += record.y.rows() * (record.y.cols() - record.skip);
@@ -348,6 +360,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
                                                  .decimation = record.ratio,
                                                  .initial_state = whole_state(fit.plant, fit.initial_states.back())});
     fit.error.push_back(result.outputs.leftCols(record.y.cols()) - record.y);
+    visit(result, record, fit.visited);
   }
   fit.residual = scored_residual(fit.error, records);
   fit.misfit = fit.residual.squaredNorm() / static_cast<double>(fit.residual.size());

@@ -70,6 +70,7 @@ struct PlantFit {
   std::vector<Vector> initial_states;  ///< 2n a record
   std::vector<Matrix> error;           ///< yhat - y a record, p x N, in the units of the outputs; empty if a run failed
   double misfit = 0;                   ///< mean of r^2 over the scored samples: 1 at the floor
+  Matrix visited;                      ///< (N + m) x K, some states of the plant and inputs that the records led it to
 };
 
 struct FitOptions {

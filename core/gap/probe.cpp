@@ -61,9 +61,14 @@ Plant plant_with_force(const Plant& plant, std::string from, std::string to) {
   return probed;
 }
 
-LinearPlant linearise_with_force(const Plant& plant, const std::string& from, const std::string& to) {
-  const Plant probed = plant_with_force(plant, from, to);
-  return probed.inputs.size() > plant.inputs.size() ? linearise(probed) : LinearPlant{};
+LinearPlant linearise_with_force(const PlantFit& fit, const std::string& from, const std::string& to) {
+  const Plant probed = plant_with_force(fit.plant, from, to);
+  if (probed.inputs.size() == fit.plant.inputs.size()) return {};
+  if (fit.visited.size() == 0) return linearise(probed);
+  const Index m = fit.plant.input_count(), states = fit.visited.rows() - m, K = fit.visited.cols();
+  Matrix inputs = Matrix::Zero(m + 1, K);
+  inputs.topRows(m) = fit.visited.bottomRows(m);
+  return linearise_along(probed, fit.visited.topRows(states), inputs);
 }
 
 ComplexVector force_response(const LinearPlant& linear, double frequency_hz) {

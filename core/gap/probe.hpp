@@ -20,8 +20,9 @@ bool ends_of(const Plant& plant, const std::string& location, std::string& from,
 /// force, as the ground does; no input is added where none of the two ends can move.
 Plant plant_with_force(const Plant& plant, std::string from, std::string to);
 
-/// That plant about rest; empty matrices where no input was added, or it cannot be linearised.
-LinearPlant linearise_with_force(const Plant& plant, const std::string& from, const std::string& to);
+/// The plant of a fit with that input, linear over the motion that the records led it to, or about rest if that is not
+/// known; empty matrices where no input was added, or it cannot be linearised.
+LinearPlant linearise_with_force(const PlantFit& fit, const std::string& from, const std::string& to);
 
 /// C (i w I - A)^-1 b + d of the last input, p. Not finite where a pole lies there.
 ComplexVector force_response(const LinearPlant& linear, double frequency_hz);

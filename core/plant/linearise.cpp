@@ -39,23 +39,46 @@ Row node_row(const LinearPlant& model, const Motion& motion, SensorKind kind, In
 }  // namespace
 
 LinearPlant linearise(const Plant& plant, const Vector& state, const Vector& u) {
-  Motion motion(plant);
-  const Index n = motion.masses(), m = motion.inputs(), p = motion.sensors(), s = motion.memories();
+  const Motion motion(plant);
+  const Index n = motion.masses(), m = motion.inputs(), s = motion.memories();
   Vector x = Vector::Zero(2 * n + s);
   if (state.size() == x.size() || state.size() == 2 * n) x.head(state.size()) = state;
   const Vector held = u.size() ? u : Vector::Zero(m);
   if ((state.size() && state.size() != x.size() && state.size() != 2 * n) || held.size() != m)
     throw UserError(fmt::format("linearise: expected a state of {} and inputs of {} numbers, found {} and {}", x.size(),
                                 m, state.size(), held.size()));
+  return linearise_along(plant, x, held);
+}
+
+LinearPlant linearise_along(const Plant& plant, ConstMatrixRef states, ConstMatrixRef u) {
+  Motion motion(plant);
+  const Index n = motion.masses(), m = motion.inputs(), p = motion.sensors(), s = motion.memories();
+  if (states.rows() != 2 * n + s || u.rows() != m || states.cols() != u.cols() || states.cols() == 0)
+    throw UserError(fmt::format("linearise: expected states of {} and inputs of {} numbers, found {} x {} and {} x {}",
+                                2 * n + s, m, states.rows(), states.cols(), u.rows(), u.cols()));
   LinearPlant model;
   const Vector at_rest = Vector::Zero(m);
-  motion.set_inputs(held.data(), at_rest.data());
-  Motion::Slopes slopes;
-  if (const int element = motion.slopes(x.data(), x.data() + n, x.data() + 2 * n, slopes); element >= 0) {
-    model.status = Status::outside_domain;
-    model.message = fmt::format("the operating point lies outside the domain of element \"{}\" (travel {:.6g} m)",
-                                plant.elements[static_cast<std::size_t>(element)].name, motion.travel(element));
-    return model;
+  Motion::Slopes slopes, own;
+  for (Index k = 0; k < states.cols(); ++k) {
+    const Vector x = states.col(k), held = u.col(k);
+    motion.set_inputs(held.data(), at_rest.data());
+    if (const int element = motion.slopes(x.data(), x.data() + n, x.data() + 2 * n, own); element >= 0) {
+      model.status = Status::outside_domain;
+      model.message = fmt::format("the operating point lies outside the domain of element \"{}\" (travel {:.6g} m)",
+                                  plant.elements[static_cast<std::size_t>(element)].name, motion.travel(element));
+      return model;
+    }
+    const double share = 1 / static_cast<double>(states.cols());
+    const auto add = [&](Matrix& sum, const Matrix& part) {
+      if (k == 0) sum = Matrix::Zero(part.rows(), part.cols());
+      sum += share * part;
+    };
+    add(slopes.stiffness, own.stiffness);
+    add(slopes.damping, own.damping);
+    add(slopes.memory_force, own.memory_force);
+    add(slopes.memory_travel, own.memory_travel);
+    add(slopes.memory_rate, own.memory_rate);
+    add(slopes.memory, own.memory);
   }
   Vector inverse_mass(n);
   for (Index i = 0; i < n; ++i) inverse_mass(i) = 1 / motion.mass_kg(i);

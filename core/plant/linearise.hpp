@@ -32,6 +32,11 @@ struct LinearPlant {
 /// are given, the message names the fastest growth). UserError on wrong sizes. Cost O(n^3).
 LinearPlant linearise(const Plant& plant, const Vector& state = {}, const Vector& u = {});
 
+/// Linearises with slopes averaged over the operating points that a motion visits: for a Gaussian one the linear plant
+/// of least error (statistical linearisation, Caughey 1963), where the slopes at rest miss what hardens or slides.
+/// @param states N x K   @param u m x K, K > 0   Statuses, errors: as linearise. Cost O(n^3 + K n^2).
+LinearPlant linearise_along(const Plant& plant, ConstMatrixRef states, ConstMatrixRef u);
+
 struct Mode {
   double frequency_hz = 0;    ///< undamped natural frequency |s| / 2 pi
   double damping_ratio = 0;   ///< -Re(s) / |s|; negative for growth, 1 for a real decaying pole, 0 for s = 0

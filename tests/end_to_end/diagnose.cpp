@@ -123,6 +123,35 @@ TEST_CASE("where nothing is missing no effect is named, and a wrong parameter is
   }
 }
 
+TEST_CASE("a wrong bend of the plant's own spring is a spring nonlinearity, no error of its stiffness", "[slow]") {
+  const Folder folder;
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  set_parameter(truth, "suspension.hardening_spring.alpha_per_m2", 1500 * 2.5);
+  measure(folder, nominal, truth, 0.01);
+  std::string out;
+  const Json d = diagnosis(folder, out);
+  CHECK(d.at("which").at("outcome") == "effect");
+  CHECK(d.at("which").at("named")[0] == "spring_nonlinearity@suspension");
+}
+
+TEST_CASE("a relaxation too slow for any mount is located, not named", "[slow]") {
+  const Folder folder;
+  const Plant nominal = plant_from(quarter_car_text);
+  for (const double relaxation_s : {0.01, 0.3}) {
+    CAPTURE(relaxation_s);
+    Plant truth = nominal;
+    truth.elements[0].laws.push_back({find_law("maxwell_branch"), {8000, relaxation_s}});
+    measure(folder, nominal, truth, 0.01);
+    std::string out;
+    const Json d = diagnosis(folder, out);
+    const bool slow = relaxation_s > 0.1;
+    CHECK(d.at("which").at("named")[0] == (slow ? "unknown@suspension" : "series_compliance@suspension"));
+    CHECK(d.at("where").at("location") == "suspension");
+    if (slow) CHECK_THAT(out, Contains("it acts as series_compliance would"));
+  }
+}
+
 TEST_CASE("two wrong parameters are not told as one", "[slow]") {
   const Folder folder;
   const Plant nominal = plant_from(quarter_car_text);

@@ -225,6 +225,20 @@ TEST_CASE("the linearisation is the derivative of accelerations and sensors") {
   }
 }
 
+TEST_CASE("along a motion the linear plant has the mean of the slopes: k + 3 k_3 s^2 of a cubic spring") {
+  const Plant plant = plant_from(one_mass_text);  // 2 kg, 800 N/m and 50000 N/m^3
+  Random random(6, Stream::parameters);
+  Matrix states = 0.1 * random.normal(2, 400);
+  const double variance = states.row(0).squaredNorm() / 400;
+  const LinearPlant moving = linearise_along(plant, states, Matrix::Zero(1, 400));
+  REQUIRE(moving.status == Status::ok);
+  CHECK(moving.A(1, 0) == Approx(-(800 + 3 * 50000 * variance) / 2).epsilon(1e-12));
+  CHECK(moving.A(1, 1) == Approx(linearise(plant).A(1, 1)));
+  const Vector point = states.col(0), load = Vector::Constant(1, 3);
+  CHECK(linearise_along(plant, point, load).A == linearise(plant, point, load).A);
+  CHECK_THROWS_AS(linearise_along(plant, states, Matrix::Zero(1, 3)), UserError);
+}
+
 TEST_CASE("small motion about a loaded equilibrium follows the linearisation there") {
   const Plant plant = plant_from(one_mass_text);
   const Vector load = Vector::Constant(1, 60);

@@ -49,7 +49,7 @@ TEST_CASE("dampers keep the sign of the velocity, and each family bends the way 
   CHECK(hard == Approx(-1000 * 0.5 * 6));
   double f = 0;
   // The correction is the whole less the viscous part.
-  const Law correction{.kind = find_law("digressive_damper"), .values = {1000, 0.1, 0}};
+  const Law correction{.kind = find_law("digressive_damper"), .values = {1000, 0.1, 0, 1}};
   double extra = 0;
   REQUIRE(correction.force(0, -0.5, extra));
   CHECK(extra == Approx(soft - linear));

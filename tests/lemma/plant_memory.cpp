@@ -138,7 +138,7 @@ TEST_CASE("a damper behind a mount is that damper at low frequency, and the moun
   const std::vector<Law> behind = {
       law_from(R"({"law": "viscous_damper", "damping_ns_per_m": 1500})"),
       law_from(R"({"law": "damper_mount", "damping_ns_per_m": 1500, "relaxation_s": 0.004})")};
-  for (const double frequency : {0.1, 1 / (2 * M_PI * 0.004), 2000.0}) {
+  for (const double frequency : {0.1, 1 / (2 * M_PI * 0.004), 200.0}) {
     CAPTURE(frequency);
     const double w = 2 * M_PI * frequency, lag = w * 0.004, amplitude = 0.001;
     double largest = 0;
@@ -170,7 +170,7 @@ TEST_CASE("stored energy grows by the power of the inputs less the heat with eve
     Motion motion(plant);
     Random random(3, Stream::parameters);
     const Index n = plant.mass_count(), m = plant.input_count(), s = motion.memories();
-    REQUIRE(s == 5 * static_cast<Index>(plant.elements.size()));
+    REQUIRE(s == 6 * static_cast<Index>(plant.elements.size()));
     int lifted = 0;
     for (int trial = 0; trial < 20; ++trial) {
       const Vector q = 0.01 * random.normal(n, 1), v = 0.5 * random.normal(n, 1), u = 0.005 * random.normal(m, 1),

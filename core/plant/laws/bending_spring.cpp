@@ -7,7 +7,10 @@ namespace {
 
 enum { stiffness, knee, exponent };
 
-double base(std::span<const double> p, double x) { return 1 + x * x / (p[knee] * p[knee]); }
+double square(std::span<const double> p, double x) { return x * x / (p[knee] * p[knee]); }
+
+/// (1 + (x/x_0)^2)^power - 1, exact near rest.
+double bent(std::span<const double> p, double x, double power) { return std::expm1(power * std::log1p(square(p, x))); }
 
 }  // namespace
 
@@ -34,18 +37,18 @@ LawKind bending_spring() {
                       .range = {.low = 0, .high = 5},
                       .typical = 0.5}};
   kind.force = [](std::span<const double> p, double x, double, double& f) {
-    f = p[stiffness] * x * (std::pow(base(p, x), 0.5 * (p[exponent] - 1)) - 1);
+    f = p[stiffness] * x * bent(p, x, 0.5 * (p[exponent] - 1));
     return true;
   };
   kind.slopes = [](std::span<const double> p, double x, double, double& df_dx, double& df_dv) {
-    const double half = 0.5 * (p[exponent] - 1), b = base(p, x);
-    df_dx = p[stiffness] * (std::pow(b, half) * (1 + 2 * half * (b - 1) / b) - 1);
+    const double half = 0.5 * (p[exponent] - 1), s = square(p, x), own = bent(p, x, half);
+    df_dx = p[stiffness] * (own + (1 + own) * 2 * half * s / (1 + s));
     df_dv = 0;
     return true;
   };
   kind.energy = [](std::span<const double> p, double x) {
     const double n = p[exponent] + 1;
-    return p[stiffness] * (p[knee] * p[knee] / n * (std::pow(base(p, x), 0.5 * n) - 1) - 0.5 * x * x);
+    return p[stiffness] * (p[knee] * p[knee] / n * bent(p, x, 0.5 * n) - 0.5 * x * x);
   };
   return kind;
 }

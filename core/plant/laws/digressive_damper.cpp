@@ -47,7 +47,8 @@ LawKind digressive_damper() {
                       .meaning = "m of the knee: 1 bends from standstill on, 2 is smooth there, 6 is nearly a corner",
                       .range = {.low = 0.5, .high = 8},
                       .required = false,
-                      .fallback = 1}};
+                      .fallback = 1,
+                      .typical = 2}};
   kind.force = [](std::span<const double> p, double, double v, double& f) {
     f = p[damping] * v * shape(p, v);
     return true;
