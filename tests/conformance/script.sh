@@ -146,8 +146,10 @@ check 'figure packages are left alone where no figure is drawn' test ! -s "$work
 call reproduce
 check 'figure packages that cannot be installed are said to be left out' said 'left out'
 check 'figure packages that cannot be installed do not stop the run' grep -q 'arguments=reproduce' "$work/stdout"
-printf '#!/bin/sh\nmkdir -p "$3/node_modules" && : >"$3/node_modules/.package-lock.json"\n' >"$work/node/npm"
 call reproduce
+check 'what could not be installed is not tried again at once' said 'lately'
+printf '#!/bin/sh\nmkdir -p "$3/node_modules" && : >"$3/node_modules/.package-lock.json"\n' >"$work/node/npm"
+call report
 check 'figure packages are installed' said 'npm ci'
 call reproduce
 check 'figure packages are installed once' test ! -s "$work/stderr"

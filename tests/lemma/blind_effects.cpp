@@ -69,7 +69,8 @@ void run_sine(const blind::Plan& plan, const blind::TrueEffect& effect, double a
 
 TEST_CASE("what is added by friction, hysteresis and relaxation takes energy from every closed cycle") {
   const blind::Plan plan = quarter_car();
-  for (const char* form : {"LuGre with Stribeck", "Iwan, six Jenkins elements", "two Zener branches", "Maxwell branch"})
+  for (const char* form : {"LuGre with Stribeck", "Iwan, six Jenkins elements", "two Zener branches", "Maxwell branch",
+                           "smoothed sign", "Bouc-Wen with an exponent of two", "dashpot"})
     for (const double amplitude : {0.002, 0.02}) {
       CAPTURE(form, amplitude);
       double work = 0, largest = 0;
@@ -95,10 +96,12 @@ TEST_CASE("friction of Coulomb's size slides against the motion; a hysteresis ne
   CHECK(largest == Approx(iwan.strength).epsilon(1e-6));
 }
 
-TEST_CASE("changed dampers still damp: two valves, blow-off, fade and dead travel") {
+TEST_CASE("changed dampers still damp, whatever the form") {
   const blind::Plan plan = quarter_car();
-  for (const char* form : {"two valves, smooth transition", "table of straight pieces with blow-off",
-                           "exponential in the heat stored", "dead travel after reversal"}) {
+  for (const char* form :
+       {"two valves, smooth transition", "table of straight pieces with blow-off", "exponential in the heat stored",
+        "dead travel after reversal", "two slopes", "saturated by a hyperbolic tangent", "orifice", "bypass",
+        "linear in the temperature", "no force over the dead travel"}) {
     CAPTURE(form);
     double work = 0;
     bool against = true;
@@ -110,6 +113,29 @@ TEST_CASE("changed dampers still damp: two valves, blow-off, fade and dead trave
     CHECK(work > 0);
     CHECK(against);
   }
+}
+
+TEST_CASE("a damper behind a mount takes 1 / (1 + (w tau)^2) of its energy from a sine") {
+  const blind::Plan plan = quarter_car();
+  const auto effect = made(plan, kind_of(blind::Family::catalogue, "damper behind a mount"), 0.5);
+  const double damping = blind::base_laws(plan, plan.nominal(), 0).damping, relaxation_s = damping / effect.strength;
+  const double amplitude = 0.01, frequency = 20, lag = 2 * std::numbers::pi * frequency * relaxation_s;
+  double work = 0, whole = 0;
+  run_sine(plan, effect, amplitude, frequency, [&](double, double v, const blind::Forces& f, double h) {
+    work += f.damper * v * h;
+    whole += damping * v * v * h;
+  });
+  CHECK(lag > 0.1);
+  CHECK(work == Approx(whole / (1 + lag * lag)).epsilon(1e-2));
+}
+
+TEST_CASE("a drive of first order follows a ramp late by its time constant") {
+  const blind::Plan plan = quarter_car();
+  const auto effect = made(plan, kind_of(blind::Family::catalogue, "drive of first order"), 0.8);
+  Vector ramp = Vector::LinSpaced(4000, 0, 3999);
+  effect.drive.front().change(ramp, 1000);
+  CHECK(ramp(0) == 0);
+  CHECK(ramp(3999) == Approx(3999 - 1000 * effect.strength).epsilon(1e-9));
 }
 
 TEST_CASE("a tyre lifts off only where its static load is used up, and presses as before elsewhere") {

@@ -88,6 +88,15 @@ Index sensor_at(const Plan& plan, const std::string& place) {
   return position(plan.sensors, place, [](const PlanSensor& sensor) { return "sensor:" + sensor.name; });
 }
 
+const Extent& motion_of(const Surroundings& rig, Index element) {
+  return rig.elements[static_cast<std::size_t>(element)];
+}
+
+double usual_force(const Surroundings& rig, Index element) {
+  const BaseLaws laws = base_laws(*rig.plan, rig.theta, element);
+  return laws.stiffness_at_rest() * motion_of(rig, element).rms + laws.damping * motion_of(rig, element).speed_rms;
+}
+
 double between(Random& random, double low, double high) { return low + (high - low) * random.uniform(); }
 double log_between(Random& random, double low, double high) { return low * std::pow(high / low, random.uniform()); }
 double either_sign(Random& random) { return random.uniform() < 0.5 ? -1 : 1; }

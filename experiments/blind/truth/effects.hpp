@@ -87,6 +87,10 @@ Index mass_at(const Plan& plan, const std::string& place);
 Index input_at(const Plan& plan, const std::string& place);
 Index sensor_at(const Plan& plan, const std::string& place);
 
+const Extent& motion_of(const Surroundings& rig, Index element);
+/// Force of spring and damper of an element at its usual motion [N]: the scale of what is added.
+double usual_force(const Surroundings& rig, Index element);
+
 double between(Random& random, double low, double high);      ///< uniform
 double log_between(Random& random, double low, double high);  ///< log-uniform
 double either_sign(Random& random);

@@ -7,10 +7,6 @@
 namespace wheelhop::blind {
 namespace {
 
-const Extent& motion_of(const Surroundings& rig, Index element) {
-  return rig.elements[static_cast<std::size_t>(element)];
-}
-
 /// Valves of rebound and jounce that hand over smoothly about standstill.
 struct TwoValves final : Attachment {
   double asymmetry = 0, transition = 0;

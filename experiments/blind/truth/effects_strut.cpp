@@ -23,13 +23,12 @@ struct LuGre final : Attachment {
 
 std::optional<Formed> friction(const Surroundings& rig, const std::string& place, Random& random) {
   const Index e = element_at(*rig.plan, place);
-  const Extent& motion = rig.elements[static_cast<std::size_t>(e)];
+  const Extent& motion = motion_of(rig, e);
   if (motion.speed_rms == 0) return std::nullopt;
   const double stick_share = between(random, 1.1, 1.6), speed = motion.speed_rms * between(random, 0.1, 0.4);
   const double presliding = motion.rms * log_between(random, 0.008, 0.03);
   // In proportion to what the damper and the spring hold at their usual motion.
-  const BaseLaws laws = base_laws(*rig.plan, rig.theta, e);
-  const double usual = laws.stiffness_at_rest() * motion.rms + laws.damping * motion.speed_rms;
+  const double usual = usual_force(rig, e);
   return Formed{1e-4 * usual, 2 * usual, [=](double size) {
                   LuGre f;
                   f.coulomb = size;
@@ -62,7 +61,7 @@ struct Iwan final : Attachment {
 
 std::optional<Formed> hysteresis(const Surroundings& rig, const std::string& place, Random& random) {
   const Index e = element_at(*rig.plan, place);
-  const Extent& motion = rig.elements[static_cast<std::size_t>(e)];
+  const Extent& motion = motion_of(rig, e);
   if (motion.rms == 0) return std::nullopt;
   Iwan shape;
   const double least = motion.rms * between(random, 0.05, 0.1), most = motion.rms * between(random, 0.5, 0.9);
@@ -72,8 +71,7 @@ std::optional<Formed> hysteresis(const Surroundings& rig, const std::string& pla
     shape.yield[i] = least * std::pow(most / least, static_cast<double>(i) / (Iwan::count - 1));
     sum += share[i] = between(random, 0.5, 1.5);
   }
-  const BaseLaws laws = base_laws(*rig.plan, rig.theta, e);
-  const double usual = laws.stiffness_at_rest() * motion.rms + laws.damping * motion.speed_rms;
+  const double usual = usual_force(rig, e);
   return Formed{1e-4 * usual, 2 * usual, [=](double size) {
                   Iwan f = shape;
                   for (std::size_t i = 0; i < Iwan::count; ++i) f.stiffness[i] = size * share[i] / sum / f.yield[i];
@@ -116,7 +114,7 @@ struct ExponentialStop final : Attachment {
 
 std::optional<Formed> bump_stop(const Surroundings& rig, const std::string& place, Random& random) {
   const Index e = element_at(*rig.plan, place);
-  const Extent& motion = rig.elements[static_cast<std::size_t>(e)];
+  const Extent& motion = motion_of(rig, e);
   ExponentialStop shape;
   shape.side = either_sign(random);
   const double reach = shape.side > 0 ? motion.most : -motion.least;
@@ -144,7 +142,7 @@ struct Play final : Attachment {
 
 std::optional<Formed> backlash(const Surroundings& rig, const std::string& place, Random& random) {
   const Index e = element_at(*rig.plan, place);
-  const Extent& motion = rig.elements[static_cast<std::size_t>(e)];
+  const Extent& motion = motion_of(rig, e);
   if (motion.rms == 0) return std::nullopt;
   const double time = between(random, 0.2e-3, 0.6e-3);
   return Formed{1e-4 * motion.rms, 0.7 * motion.rms, [=](double size) {
@@ -166,7 +164,7 @@ struct HelperSprings final : Attachment {
 
 std::optional<Formed> helper_springs(const Surroundings& rig, const std::string& place, Random& random) {
   const Index e = element_at(*rig.plan, place);
-  const Extent& motion = rig.elements[static_cast<std::size_t>(e)];
+  const Extent& motion = motion_of(rig, e);
   if (motion.rms == 0) return std::nullopt;
   HelperSprings shape;
   shape.knee_out = motion.rms * between(random, 0.4, 1.0);
@@ -191,7 +189,7 @@ struct RideHeight final : Attachment {
 
 std::optional<Formed> ride_height(const Surroundings& rig, const std::string& place, Random& random) {
   const Index e = element_at(*rig.plan, place);
-  const Extent& motion = rig.elements[static_cast<std::size_t>(e)];
+  const Extent& motion = motion_of(rig, e);
   const BaseLaws laws = base_laws(*rig.plan, rig.theta, e);
   if (laws.springs.empty() || motion.rms == 0) return std::nullopt;
   double room = 4 * motion.rms;

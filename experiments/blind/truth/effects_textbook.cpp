@@ -8,16 +8,6 @@
 namespace wheelhop::blind {
 namespace {
 
-const Extent& motion_of(const Surroundings& rig, Index element) {
-  return rig.elements[static_cast<std::size_t>(element)];
-}
-
-/// Force of spring and damper at the usual motion.
-double usual_force(const Surroundings& rig, Index element) {
-  const BaseLaws laws = base_laws(*rig.plan, rig.theta, element);
-  return laws.stiffness_at_rest() * motion_of(rig, element).rms + laws.damping * motion_of(rig, element).speed_rms;
-}
-
 /// Dry friction with a smoothed sign.
 struct DryFriction final : Attachment {
   double force = 0, width = 0;

@@ -12,13 +12,6 @@ namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
 
-/// Force of spring and damper of an element at its usual motion: the scale of what is added.
-double usual_force(const Surroundings& rig, Index element) {
-  const Extent& motion = rig.elements[static_cast<std::size_t>(element)];
-  const BaseLaws laws = base_laws(*rig.plan, rig.theta, element);
-  return laws.stiffness_at_rest() * motion.rms + laws.damping * motion.speed_rms;
-}
-
 /// A magnet that lets go: negative stiffness about the middle, nothing far from it.
 struct MagnetSnap final : Attachment {
   double force = 0, width = 0, middle = 0;
@@ -30,7 +23,7 @@ struct MagnetSnap final : Attachment {
 
 std::optional<Formed> magnet_snap(const Surroundings& rig, const std::string& place, Random& random) {
   const Index e = element_at(*rig.plan, place);
-  const double usual = rig.elements[static_cast<std::size_t>(e)].rms, most = usual_force(rig, e);
+  const double usual = motion_of(rig, e).rms, most = usual_force(rig, e);
   MagnetSnap shape;
   shape.width = usual * between(random, 0.2, 0.4);
   shape.middle = usual * between(random, 0.3, 0.8) * either_sign(random);
@@ -89,7 +82,7 @@ struct SpeedSpring final : Attachment {
 
 std::optional<Formed> speed_spring(const Surroundings& rig, const std::string& place, Random& random) {
   const Index e = element_at(*rig.plan, place);
-  const double speed = rig.elements[static_cast<std::size_t>(e)].speed_rms * between(random, 1, 2);
+  const double speed = motion_of(rig, e).speed_rms * between(random, 1, 2);
   const double stiffness = base_laws(*rig.plan, rig.theta, e).stiffness_at_rest();
   if (!(speed > 0 && stiffness > 0)) return std::nullopt;
   return Formed{1e-3 * stiffness, 3 * stiffness, [=](double size) {
