@@ -9,11 +9,11 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kOwnDoing = 0.04;  // share of an unknown signal that states explain, below which it is from outside
-constexpr double kClearly = 0.05;   // of that share, by which another place of those that enter alike explains more,
-constexpr double kRemainder = 0.25; // or of what a place leaves unexplained, below which another one leaves less
-constexpr double kNearly = 1.5;     // leftover over that of the best place, up to which the motion decides between them
-constexpr double kRounded = 0.15;   // share of the floor that rounding makes, from which the converter is named
+constexpr double kOwnDoing = 0.04;   // share of an unknown signal that states explain, below which it is from outside
+constexpr double kClearly = 0.05;    // of that share, by which another place of those that enter alike explains more,
+constexpr double kRemainder = 0.25;  // or of what a place leaves unexplained, below which another one leaves less
+constexpr double kNearly = 1.5;    // leftover over that of the best place, up to which the motion decides between them
+constexpr double kRounded = 0.15;  // share of the floor that rounding makes, from which the converter is named
 constexpr double kRoundingSeen = 0.95;  // probability of a lattice that was seen in the readings
 
 /// Locations by what an unknown signal there leaves, as rivals over blocks of time.
