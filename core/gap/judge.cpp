@@ -33,21 +33,26 @@ void add_locations(const std::vector<Rival>& rivals, Diagnosis& diagnosis) {
                    [](const auto& a, const auto& b) { return a.probability > b.probability; });
 }
 
-/// Parameters that are out of their tolerances although `own` is free, as "NAME (-7.4 tolerances)", or nothing.
-std::string others_out(const GapCase& c, const PlantFit& fit, std::size_t own) {
+/// Parameters that are out of their tolerances although that of the rival is free, as "NAME (-7.4 tolerances)", or
+/// nothing. Where a law's bend is wrong, all that shapes its element bends with it.
+std::string others_out(const GapCase& c, const PlantFit& fit, const Rival& rival) {
   if (fit.covariance.size() == 0) return "";
   const Vector t = surprises(fit, static_cast<Index>(c.study.tolerances.size()));
   std::string list;
+  const auto shapes_it = [&](const std::string& name) {
+    return !rival.effect.ends_with("_error") && name.starts_with(rival.location + ".");
+  };
   for (std::size_t i = 0; i < c.study.tolerances.size(); ++i)
-    if (i != own && std::abs(t(static_cast<Index>(i))) > kNotHome)
+    if (i != rival.hypothesis && !shapes_it(c.study.tolerances[i].name) &&
+        std::abs(t(static_cast<Index>(i))) > kNotHome)
       list += fmt::format("{}{} ({:+.1f} tolerances)", list.empty() ? "" : ", ", c.study.tolerances[i].name,
                           fit.theta(static_cast<Index>(i)));
   return list;
 }
 
-/// The answer is one parameter of the plant, free of its tolerance; a place outside the catalogue if that leaves a gap
-/// or drives other parameters out of theirs.
-void name_parameter(const GapCase& c, const Rival& rival, Diagnosis& diagnosis) {
+/// The answer is one parameter of the plant, free of its tolerance. False if that leaves a gap or drives other
+/// parameters out of theirs; the message then says so.
+bool name_parameter(const GapCase& c, const Rival& rival, Diagnosis& diagnosis) {
   std::vector<FitParameter> free = c.study.tolerances;
   free[rival.hypothesis].prior_std = 0;
   Hypothesis answer = fit_from(c.study, c.retuned, free);
@@ -61,12 +66,12 @@ void name_parameter(const GapCase& c, const Rival& rival, Diagnosis& diagnosis) 
   const FittedParameter fitted = fitted_parameters(best.fit, free, 0)[rival.hypothesis];
   diagnosis.suspects = {
       {rival.effect, rival.location, "", rival.probability, best.stage.misfit, diagnosis.closure, {fitted}}};
-  const std::string out = others_out(c, best.fit, rival.hypothesis);
-  if (out.empty() && best.chi2 < (1 + kTooSmall) * c.floor_chi2()) return;
+  const std::string out = others_out(c, best.fit, rival);
+  if (out.empty() && best.chi2 < (1 + kTooSmall) * c.floor_chi2()) return true;
   diagnosis.suspects.front().probability *= 1 - kHeld;
   diagnosis.suspects.front().closure = c.closure_between(c.retuned.stage, best.stage);
-  name_unknown(c, diagnosis);
   if (!out.empty()) diagnosis.message = rival.effect + " at " + rival.location + " would need " + out + " as well";
+  return false;
 }
 
 void name_nothing(const GapCase& c, Diagnosis& diagnosis) {
@@ -153,12 +158,26 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
   }
   double best = c.retuned.chi2;
   for (const Rival& rival : rivals) best = std::min(best, rival.chi2);
-  weigh(rivals, {diagnosis.floor.colour, c.retuned.chi2 - best, c.floor_chi2()});
+  const Weighing weighing = {diagnosis.floor.colour, c.retuned.chi2 - best, c.floor_chi2()};
+  weigh(rivals, weighing);
   add_locations(rivals, diagnosis);
   if (rivals.front().is_parameter) {
-    name_parameter(c, rivals.front(), diagnosis);
-    if (diagnosis.outcome == GapOutcome::parameter) add_ambiguous(rivals, diagnosis);
-    return;
+    if (name_parameter(c, rivals.front(), diagnosis)) {
+      add_ambiguous(rivals, diagnosis);
+      return;
+    }
+    // One wrong parameter is not it; an effect that closes the gap by itself may be.
+    std::erase_if(rivals, [&](const Rival& rival) {
+      return rival.is_parameter || rival.chi2 > (1 + kTooSmall) * c.floor_chi2();
+    });
+    if (rivals.empty()) {
+      name_unknown(c, diagnosis);
+      return;
+    }
+    diagnosis.message.clear();
+    diagnosis.suspects.clear();
+    weigh(rivals, weighing);
+    add_locations(rivals, diagnosis);
   }
 
   diagnosis.named = {rivals.front().name()};

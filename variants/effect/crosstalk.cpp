@@ -25,6 +25,8 @@ std::shared_ptr<const Effect> make_crosstalk(const EffectOptions&) {
                              list.push_back(with_path(coupled, "crosstalk", place, "from " + other.name,
                                                       {{place + ".crosstalk." + other.name, factor, factor}}));
                              list.back().either_sign = true;
+                             // No mount is so straight that its tilt is seen; of other units no share is known.
+                             if (own.kind == other.kind) plausibly(list.back(), "crosstalk." + other.name, 0.005, 0.05);
                            }
                        });
 }
