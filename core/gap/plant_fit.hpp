@@ -49,7 +49,8 @@ FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef we
 /// parameters in units of their scale, then the initial state [q; v] of each record in units of `state_scale`. Forward
 /// differences: one simulation a parameter over every record; an initial state is moved in its own record alone, and as
 /// far as the plant's slowest mode remembers it. Columns are shared out over the threads. Outside the domain: a
-/// simulation that fails, a mass or a parameter with a sign it cannot have.
+/// simulation that fails, a mass that is not positive, a parameter outside its range, or one with a tolerance across
+/// zero.
 /// @param plant the start   @param state_scale 2n, > 0
 std::unique_ptr<ResidualProblem> plant_problem(const Plant& plant, const std::vector<FitParameter>& parameters,
                                                const std::vector<FitRecord>& records, ConstVectorRef state_scale);
