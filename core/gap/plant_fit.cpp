@@ -1,7 +1,7 @@
 #include "core/gap/plant_fit.hpp"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -24,9 +24,10 @@ constexpr double kStep = 1e-4;
 constexpr double kRounding = 1e-9;  // of a scale
 constexpr Index kSubsteps = 4;  // at most: a candidate with a stiffer law than that is a candidate with a bad parameter
 constexpr double kStateSpread =
-    3;                             // prior of an initial state around rest, in RMS values of the states under the drive
-constexpr Index kVisited = 100;    // operating points a record
-constexpr double kForgotten = 14;  // e-folds after which an initial state counts as forgotten
+    3;                           // prior of an initial state around rest, in RMS values of the states under the drive
+constexpr Index kVisited = 100;  // operating points a record
+constexpr std::size_t kGroups = 4;  // of the columns of a Jacobian: each group simulates the plant once more
+constexpr double kForgotten = 14;   // e-folds after which an initial state counts as forgotten
 
 /// Values a parameter may take: its range and the start itself; of one that is known within a tolerance, on the side of
 /// 0 where it is known to lie.
@@ -69,17 +70,21 @@ bool move_parameters(Plant& plant, const std::vector<FitParameter>& parameters, 
   return true;
 }
 
-/// @param r of the record's first samples only, if it is shorter than the record
-bool run_record(const Plant& plant, const FitRecord& record, const Vector& initial_state, VectorRef r) {
-  const Index kept = r.size() / record.y.rows(), samples = kept + record.skip;
-  const Simulation result = simulate_measured(plant, record.drive.leftCols(samples * record.ratio),
-                                              {.substeps = stable_substeps(plant, kSubsteps),
-                                               .decimation = record.ratio,
-                                               .initial_state = whole_state(plant, initial_state)});
+/// r of a record. False if the simulation failed.
+bool residual_of(const Simulation& result, const FitRecord& record, VectorRef r) {
   if (result.status != Status::ok) return false;
+  const Index kept = record.y.cols() - record.skip;
   r.reshaped(record.y.rows(), kept) =
-      record.weight_std.cwiseInverse().asDiagonal() * (result.outputs - record.y.leftCols(samples)).rightCols(kept);
+      record.weight_std.cwiseInverse().asDiagonal() * (result.outputs - record.y).rightCols(kept);
   return r.allFinite();
+}
+
+bool run_record(const Plant& plant, const FitRecord& record, const Vector& initial_state, VectorRef r) {
+  return residual_of(simulate_measured(plant, record.drive.leftCols(record.y.cols() * record.ratio),
+                                       {.substeps = stable_substeps(plant, kSubsteps),
+                                        .decimation = record.ratio,
+                                        .initial_state = whole_state(plant, initial_state)}),
+                     record, r);
 }
 
 class PlantProblem final : public ResidualProblem {
@@ -100,6 +105,9 @@ class PlantProblem final : public ResidualProblem {
       residuals_ += record.y.rows() * (record.y.cols() - record.skip);
     }
   }
+
+  /// Nothing else runs beside: columns of a Jacobian are shared out over the threads, for more work in all.
+  void run_alone() { alone_ = true; }
 
   /// Derivatives that the first Jacobian asked for at `theta` takes from another fit instead of from differences.
   void start_from(const PlantFit& other, ConstVectorRef theta) {
@@ -122,15 +130,27 @@ class PlantProblem final : public ResidualProblem {
   }
 
   bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
-    if (!residual(theta, r)) return false;
+    Plant plant;
+    if (!place(theta, plant)) return false;
     J.setZero();
     const bool at_start = other_ && theta == other_theta_;
-    std::vector<char> done(static_cast<std::size_t>(parameters()), 0);
-    tbb::parallel_for(tbb::blocked_range<Index>(0, parameters(), 1), [&](const tbb::blocked_range<Index>& range) {
-      for (Index j = range.begin(); j != range.end(); ++j)
-        done[static_cast<std::size_t>(j)] = (at_start && known_column(j, J)) || column(theta, r, j, J);
+    std::vector<Index> columns;  // parameters, then initial states
+    for (Index j = 0; j < parameters(); ++j)
+      if (!at_start || !known_column(j, J)) columns.push_back(j);
+    const std::size_t groups =
+        alone_ ? std::clamp<std::size_t>(static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()), 1, kGroups)
+               : 1;
+    std::vector<std::vector<Index>> grouped(groups);
+    for (std::size_t k = 0; k < columns.size(); ++k) grouped[k % groups].push_back(columns[k]);
+    std::vector<char> ran(records_.size() * groups, 0);
+    tbb::parallel_for(std::size_t{0}, ran.size(), [&](std::size_t task) {
+      const std::size_t i = task / groups, group = task % groups;
+      Vector again;  // every group runs the record, one writes what it leaves
+      if (group > 0) again.resize(length(i));
+      ran[task] =
+          vary(plant, theta, i, grouped[group], group > 0 ? VectorRef(again) : r.segment(first_[i], length(i)), J);
     });
-    return std::find(done.begin(), done.end(), 0) == done.end();
+    return std::find(ran.begin(), ran.end(), 0) == ran.end();
   }
 
   bool place(ConstVectorRef theta, Plant& plant) const {
@@ -159,21 +179,58 @@ class PlantProblem final : public ResidualProblem {
     return true;
   }
 
-  /// Forward difference; backward where the step leaves the bounds or the domain.
-  bool column(ConstVectorRef theta, ConstVectorRef r, Index j, MatrixRef J) const {
-    Vector moved_theta = theta;
+  /// A plant one step from theta in a parameter. False where that leaves the bounds or the domain.
+  bool neighbour(ConstVectorRef theta, Index j, double step, Plant& plant) const {
+    Vector there = theta;
+    there(j) += step;
+    return there(j) >= box_.lower(j) && there(j) <= box_.upper(j) && place(there, plant);
+  }
+
+  /// Residuals of a record and their derivatives in given columns: toward a larger parameter, or a smaller one where
+  /// that step leaves the bounds or the domain.
+  bool vary(const Plant& plant, ConstVectorRef theta, std::size_t i, const std::vector<Index>& columns, VectorRef r,
+            MatrixRef J) const {
+    std::vector<Index> open;
+    for (const Index j : columns)
+      if (concerns(j, i)) open.push_back(j);
+    if (open.empty()) return run(plant, theta, i, r);
+    const FitRecord& record = records_[i];
+    const Index kept = record.y.cols() - record.skip;
     for (const double step : {kStep, -kStep}) {
-      moved_theta(j) = theta(j) + step;
-      if (moved_theta(j) < box_.lower(j) || moved_theta(j) > box_.upper(j)) continue;
-      Plant plant;
-      bool inside = place(moved_theta, plant);
-      for (std::size_t i = 0; inside && i < records_.size(); ++i) {
-        if (!concerns(j, i)) continue;
-        Vector there(j < moved() ? length(i) : std::min(length(i), remembered(i)));
-        inside = run(plant, moved_theta, i, there);
-        if (inside) J.col(j).segment(first_[i], there.size()) = (there - r.segment(first_[i], there.size())) / step;
+      std::vector<Plant> neighbours(open.size());
+      std::vector<Index> asked, left;
+      std::vector<Variation> variations;
+      for (std::size_t k = 0; k < open.size(); ++k) {
+        const Index j = open[k];
+        Variation variation{.step = step};
+        if (j >= moved()) {
+          Vector change = Vector::Zero(states());
+          change((j - moved()) % states()) = state_scale_((j - moved()) % states());
+          variation.initial = whole_state(plant, change);
+          variation.kept_samples = record.skip + remembered(i) / record.y.rows();
+        } else if (neighbour(theta, j, step, neighbours[k])) {
+          variation.neighbour = &neighbours[k];
+        } else {
+          left.push_back(j);
+          continue;
+        }
+        asked.push_back(j);
+        variations.push_back(std::move(variation));
       }
-      if (inside) return true;
+      const VariedSimulation there = simulate_varied(plant, record.drive.leftCols(record.y.cols() * record.ratio),
+                                                     {.substeps = stable_substeps(plant, kSubsteps),
+                                                      .decimation = record.ratio,
+                                                      .initial_state = whole_state(plant, initial_state(theta, i))},
+                                                     std::move(variations));
+      if (!residual_of(there.simulation, record, r)) return false;
+      for (std::size_t k = 0; k < asked.size(); ++k) {
+        auto column = J.col(asked[k]).segment(first_[i], length(i));
+        column.reshaped(record.y.rows(), kept) =
+            record.weight_std.cwiseInverse().asDiagonal() * there.outputs[k].rightCols(kept);
+        if (!there.defined[k] || !column.allFinite()) left.push_back(asked[k]);
+      }
+      if (left.empty()) return true;
+      open = left;
     }
     return false;
   }
@@ -199,6 +256,7 @@ class PlantProblem final : public ResidualProblem {
   double memory_s_ = 0;
   std::vector<Index> first_;
   Index residuals_ = 0;
+  bool alone_ = false;
   const PlantFit* other_ = nullptr;
   Vector other_theta_;
 };
@@ -346,6 +404,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
     const double std = parameters[static_cast<std::size_t>(i)].prior_std;
     if (std > 0) fit.precision(i) = 1 / (std * std);
   }
+  if (options.alone) problem.run_alone();
   if (options.from && options.from->jacobian.size() > 0) problem.start_from(*options.from, theta);
   fit.solution = solver.minimise(*with_prior(problem, mean, fit.precision), theta, options.iterations);
   if (fit.solution.status == Status::outside_domain) return fit;

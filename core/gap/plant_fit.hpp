@@ -46,9 +46,9 @@ Vector whole_state(const Plant& plant, const Vector& state);
 FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std);
 
 /// r = (yhat_k - y_k) ./ weight_std over all records, readings not rounded (rounding has no derivative). theta: the
-/// parameters in units of their scale, then the initial state [q; v] of each record in units of `state_scale`. Forward
-/// differences: one simulation a parameter over every record; an initial state is moved in its own record alone, and as
-/// far as the plant's slowest mode remembers it. Columns are shared out over the threads. Outside the domain: a
+/// parameters in units of their scale, then the initial state [q; v] of each record in units of `state_scale`.
+/// Derivatives by `Tangent`, beside one simulation of every record; an initial state is followed in its own record
+/// alone, and as far as the plant's slowest mode remembers it. Records run side by side. Outside the domain: a
 /// simulation that fails, a mass that is not positive, a parameter outside its range, or one with a tolerance across
 /// zero.
 /// @param plant the start   @param state_scale 2n, > 0
@@ -81,6 +81,7 @@ struct FitOptions {
   const PlantFit* from = nullptr;
   bool linearise = true;  ///< Jacobian and covariance at the solution
   Vector theta = {};      ///< start of the parameters, in scales; empty: zero
+  bool alone = false;     ///< no other fit runs beside this one: it takes all threads for its own Jacobians
 };
 
 /// Minimises over parameters and initial states, the latter with a prior of three RMS values around rest. Without

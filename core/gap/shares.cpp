@@ -1,8 +1,11 @@
 #include "core/gap/shares.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace wheelhop {
@@ -73,15 +76,15 @@ Vector effect_shares(const Study& study, const Hypothesis& none, const Hypothesi
   if (!(gap > 0)) return {};
   const std::size_t everything = (std::size_t{1} << all.effects.size()) - 1;
   Vector worth = Vector::Zero(static_cast<Index>(everything) + 1);
-  for (std::size_t members = 1; members <= everything; ++members) {
+  tbb::parallel_for(std::size_t{1}, everything + 1, [&](std::size_t members) {
     Hypothesis fitted = members == everything ? all : fit_subset(study, none, all, members);
     if (fitted.effects.size() == 1)
       for (const Hypothesis& other : known)
         if (same_effect(other.effects.back(), fitted.effects.back()) && other.chi2 < fitted.chi2) fitted = other;
-    if (fitted.fit.error.empty() || !std::isfinite(fitted.stage.misfit)) return {};
     worth(static_cast<Index>(members)) = 1 - (fitted.stage.misfit - 1) / gap;
-  }
-  return shapley_values(worth);
+    if (fitted.fit.error.empty()) worth(static_cast<Index>(members)) = std::numeric_limits<double>::quiet_NaN();
+  });
+  return worth.allFinite() ? shapley_values(worth) : Vector();
 }
 
 }  // namespace wheelhop

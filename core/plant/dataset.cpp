@@ -56,6 +56,56 @@ Simulation simulate_measured(const Plant& plant, ConstMatrixRef drive, SimulateO
   return simulation;
 }
 
+VariedSimulation simulate_varied(const Plant& plant, ConstMatrixRef drive, SimulateOptions options,
+                                 std::vector<Variation> variations) {
+  const Index ratio = options.decimation;
+  bool filtered = ratio > 1 && any_sensor_lags(plant);
+  for (const Variation& variation : variations)
+    filtered = filtered || (ratio > 1 && variation.neighbour && any_sensor_lags(*variation.neighbour));
+  if (filtered) {
+    options.decimation = 1;
+    for (Variation& variation : variations) variation.kept_samples *= variation.kept_samples > 0 ? ratio : 1;
+  }
+  const Index first = std::clamp<Index>(options.lead_samples, 0, drive.cols());
+  const Matrix felt = apply_drive_paths(plant, drive, first);
+  options.sampled_drive = drive_at_samples(plant, felt);
+  const bool apart = options.sampled_drive.size() > 0;
+  bool any_apart = false;
+  for (Variation& variation : variations) {
+    if (!variation.neighbour || same_drive_paths(plant, *variation.neighbour)) continue;
+    const Matrix there = apply_drive_paths(*variation.neighbour, drive, first);
+    const Matrix sampled = drive_at_samples(*variation.neighbour, there);
+    variation.drive = (there - felt) / variation.step;
+    if (!apart && sampled.size() == 0) continue;
+    any_apart = true;
+    variation.sampled =
+        ((sampled.size() > 0 ? sampled : there) - (apart ? options.sampled_drive : felt)) / variation.step;
+  }
+  if (any_apart && !apart) options.sampled_drive = felt;
+  Tangent tangent(plant, variations, (drive.cols() - options.lead_samples - 1) / options.decimation + 1);
+  VariedSimulation varied;
+  Simulation& simulation = varied.simulation;
+  simulation = simulate(plant, felt, options, &tangent);
+  varied.outputs = std::move(tangent.outputs);
+  varied.defined = std::move(tangent.defined);
+  if (simulation.status != Status::ok) return varied;
+  const double rate_hz = plant.hold_hz() / static_cast<double>(options.decimation);
+  const Matrix ideal = std::move(simulation.outputs);
+  simulation.outputs = apply_sensor_paths(plant, ideal, rate_hz);
+  for (std::size_t c = 0; c < variations.size(); ++c) {
+    const double step = variations[c].step;
+    const Plant& there = variations[c].neighbour ? *variations[c].neighbour : plant;
+    Matrix& change = varied.outputs[c];
+    change = (apply_sensor_paths(there, ideal + step * change, rate_hz) - simulation.outputs) / step;
+    if (filtered) change = decimate(change, ratio);
+  }
+  if (filtered) {
+    simulation.outputs = decimate(simulation.outputs, ratio);
+    simulation.states = decimate(simulation.states, ratio);
+  }
+  return varied;
+}
+
 GeneratedRecord generate_record(const Plant& plant, ConstMatrixRef drive, double sampling_hz, SimulateOptions options) {
   GeneratedRecord record = run(plant, drive, sampling_hz, options);
   const Index ratio = hold_samples_per_record_sample(plant, sampling_hz);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/plant/simulate.hpp"
+#include "core/plant/tangent.hpp"
 
 namespace wheelhop {
 
@@ -24,6 +25,18 @@ Index hold_samples_per_record_sample(const Plant& plant, double sampling_hz);
 /// @param drive m x N commands at the hold rate   @param options `decimation` as in `simulate`: hold samples a record
 /// sample. Statuses as `simulate`.
 Simulation simulate_measured(const Plant& plant, ConstMatrixRef drive, SimulateOptions options = {});
+
+/// A simulation through the paths, and how what it reads changes in given directions.
+struct VariedSimulation {
+  Simulation simulation;        ///< as `simulate_measured`
+  std::vector<Matrix> outputs;  ///< p x K a variation, per unit of its step; whole only if the status is ok
+  std::vector<char> defined;    ///< false of a variation whose neighbour left the domain of its laws
+};
+/// @param variations in the order that `Tangent` expects; `drive` and `sampled` are set here, from the paths of the
+/// neighbours. Sensors may not round (`unquantised`): a lattice has no slope. Statuses as `simulate`.
+/// Cost: of `simulate_measured`, and of a `Tangent`; the drive paths once more a neighbour with other ones.
+VariedSimulation simulate_varied(const Plant& plant, ConstMatrixRef drive, SimulateOptions options,
+                                 std::vector<Variation> variations);
 
 /// Simulates a drive and keeps every sample of the record: u and y are picked at the record's instants, not filtered
 /// (an anti-alias filter would smear a static nonlinearity in time; the outputs of a plant under a road of 10 Hz hold

@@ -83,6 +83,8 @@ struct LawKind {
   bool (*force)(std::span<const double> p, double x, double v, double& f) = no_force;
   /// Slopes dF/dx [N/m] and dF/dv [Ns/m]; false outside the domain.
   bool (*slopes)(std::span<const double> p, double x, double v, double& df_dx, double& df_dv) = no_slopes;
+  /// dF/dp, one number a value; false outside the domain. nullptr: nobody asks so often that it pays.
+  bool (*gradient)(std::span<const double> p, double x, double v, double* df_dp) = nullptr;
   /// Stored energy [J], zero at x = 0; nullptr for a law that stores none.
   double (*energy)(std::span<const double> p, double x) = nullptr;
   /// Power turned into heat [W]; nullptr for a law that turns none.

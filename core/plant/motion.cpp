@@ -120,7 +120,7 @@ double Motion::effective_travel(const Branch& branch, double travel) const {
   return travel - (1 - play_leak_) * std::clamp(travel, -branch.play_m, branch.play_m) + branch.offset_m;
 }
 
-inline double Motion::free_rate(const Branch& branch, double rate) const {
+double Motion::free_rate(const Branch& branch, double rate) const {
   if (branch.driven < 0) return rate;
   const Drive& drive = inputs_[static_cast<std::size_t>(branch.driven)];
   return rate - branch.driven_sign * v_[static_cast<std::size_t>(drive.node)];
@@ -159,17 +159,24 @@ inline bool Motion::force(const Branch& branch, double travel, double rate, doub
   return true;
 }
 
+// The force of an element and the rates of its memories, clearance and contact included. False where undefined.
+bool Motion::element(const Branch& branch, double own_travel, double rate, double free_rate, const double* z,
+                     double& sum, double* z_rate) const {
+  if (!force(branch, effective_travel(branch, own_travel), rate, free_rate, z, sum, z_rate) || !std::isfinite(sum))
+    return false;
+  if (branch.modified) sum = std::min(sum - branch.rest_force_n, branch.contact_n);
+  return true;
+}
+
 int Motion::accelerations(const double* q, const double* v, const double* z, double* a, double* z_rate) {
   load(q, v);
   for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = applied_[i];
   for (std::size_t b = 0; b < branches_.size(); ++b) {
     const Branch& branch = branches_[b];
-    const double travel = effective_travel(branch, x_[branch.to] - x_[branch.from]);
     const double rate = v_[branch.to] - v_[branch.from];
     double sum;
-    if (!force(branch, travel, rate, free_rate(branch, rate), z, sum, z_rate) || !std::isfinite(sum))
+    if (!element(branch, x_[branch.to] - x_[branch.from], rate, free_rate(branch, rate), z, sum, z_rate))
       return static_cast<int>(b);
-    if (branch.modified) sum = std::min(sum - branch.rest_force_n, branch.contact_n);
     element_force_[b] = sum;
     force_[branch.from] += sum;
     force_[branch.to] -= sum;
@@ -210,8 +217,51 @@ int Motion::slopes(const double* q, const double* v, Matrix& stiffness, Matrix& 
   return element;
 }
 
+int Motion::slopes_here(const double* z, ElementSlopes* elements, MemorySlopes* laws) {
+  for (std::size_t b = 0; b < branches_.size(); ++b) {
+    const Branch& branch = branches_[b];
+    const double own_travel = x_[branch.to] - x_[branch.from], rate = v_[branch.to] - v_[branch.from];
+    const double travel = effective_travel(branch, own_travel);
+    ElementSlopes& s = elements[b];
+    s.followed = branch.play_m > 0 && std::abs(own_travel) <= branch.play_m ? play_leak_ : 1;
+    s.pulling = 1;
+    if (std::isfinite(branch.contact_n)) {
+      double sum = 0;
+      if (!force(branch, travel, rate, free_rate(branch, rate), z, sum, z_rate_.data())) return static_cast<int>(b);
+      if (sum - branch.rest_force_n > branch.contact_n) s.pulling = 0;
+    }
+    double stiffness = branch.stiffness_n_per_m, damping = branch.damping_ns_per_m;
+    for (std::size_t k = branch.first_curved; k < branch.first_memory; ++k) {
+      double df_dx, df_dv;
+      if (!laws_[k].slopes(travel, rate, df_dx, df_dv) || !std::isfinite(df_dx + df_dv)) return static_cast<int>(b);
+      stiffness += df_dx;
+      damping += df_dv;
+    }
+    s.stiffness_n_per_m = s.pulling * s.followed * stiffness;
+    s.damping_ns_per_m = s.pulling * damping;
+    std::size_t state = branch.first_state;
+    for (std::size_t k = branch.first_memory; k < branch.last_law; ++k) {
+      const LawMemory& memory = laws_[k].kind->memory;
+      *laws = {};
+      const double seen = memory.jump ? free_rate(branch, rate) : rate;
+      if (!memory.slopes(laws_[k].values, travel, seen, z + state, *laws++)) return static_cast<int>(b);
+      state += static_cast<std::size_t>(memory.states);
+    }
+  }
+  return all_defined;
+}
+
+Index Motion::memory_laws() const {
+  Index count = 0;
+  for (const Branch& branch : branches_) count += static_cast<Index>(branch.last_law - branch.first_memory);
+  return count;
+}
+
 int Motion::slopes(const double* q, const double* v, const double* z, Slopes& result) {
   load(q, v);
+  std::vector<ElementSlopes> elements(branches_.size());
+  std::vector<MemorySlopes> laws(static_cast<std::size_t>(memory_laws()));
+  if (const int element = slopes_here(z, elements.data(), laws.data()); element >= 0) return element;
   result.stiffness.setZero(node_count(), node_count());
   result.damping.setZero(node_count(), node_count());
   result.memory_force.setZero(node_count(), memories());
@@ -224,26 +274,16 @@ int Motion::slopes(const double* q, const double* v, const double* z, Slopes& re
     M(from, to) -= slope;
     M(to, from) -= slope;
   };
+  std::size_t law = 0;
   for (std::size_t b = 0; b < branches_.size(); ++b) {
     const Branch& branch = branches_[b];
     const auto from = static_cast<Index>(branch.from), to = static_cast<Index>(branch.to);
-    const double own_travel = x_[branch.to] - x_[branch.from], rate = v_[branch.to] - v_[branch.from];
-    const double travel = effective_travel(branch, own_travel);
-    const double followed = branch.play_m > 0 && std::abs(own_travel) <= branch.play_m ? play_leak_ : 1;
-    double sum = 0;
-    if (branch.modified && !force(branch, travel, rate, free_rate(branch, rate), z, sum, z_rate_.data()))
-      return static_cast<int>(b);
-    const double pulling = sum - branch.rest_force_n > branch.contact_n ? 0 : 1;
-    for (std::size_t k = branch.first_law; k < branch.first_memory; ++k) {
-      double df_dx, df_dv;
-      if (!laws_[k].slopes(travel, rate, df_dx, df_dv) || !std::isfinite(df_dx + df_dv)) return static_cast<int>(b);
-      add(result.stiffness, from, to, pulling * followed * df_dx);
-      add(result.damping, from, to, pulling * df_dv);
-    }
+    const double pulling = elements[b].pulling, followed = elements[b].followed;
+    add(result.stiffness, from, to, elements[b].stiffness_n_per_m);
+    add(result.damping, from, to, elements[b].damping_ns_per_m);
     auto state = static_cast<Index>(branch.first_state);
     for (std::size_t k = branch.first_memory; k < branch.last_law; ++k) {
-      MemorySlopes s;
-      if (!laws_[k].kind->memory.slopes(laws_[k].values, travel, rate, z + state, s)) return static_cast<int>(b);
+      const MemorySlopes& s = laws[law++];
       add(result.stiffness, from, to, pulling * followed * s.df_dx);
       add(result.damping, from, to, pulling * s.df_dv);
       const Index states = laws_[k].states();

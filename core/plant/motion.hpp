@@ -79,6 +79,16 @@ class Motion {
   Energy energy(const double* q, const double* v) { return energy(q, v, rest_.data()); }
   Energy energy(const double* q, const double* v, const double* z);
 
+  /// Slopes of one element's force and of its memories' rates. Travel, rate and force are those of the whole element.
+  struct ElementSlopes {
+    double stiffness_n_per_m = 0, damping_ns_per_m = 0;  ///< of the laws without memory, as far as they pull
+    double pulling = 1;                                  ///< 0 while a contact has let go: no force answers a change
+    double followed = 1;  ///< share of a change of the travel that the laws see; less inside a clearance
+  };
+  /// At the state of the `accelerations` before. @param elements one each @param laws one a law with memory, as their
+  /// states stand in z. @return as `accelerations`
+  int slopes_here(const double* z, ElementSlopes* elements, MemorySlopes* laws);
+
   double mass_kg(Index i) const { return mass_[static_cast<std::size_t>(i)]; }
   Index node_count() const { return static_cast<Index>(x_.size()); }
   /// Node of a displacement input, -1 for a force.
@@ -97,7 +107,11 @@ class Motion {
   };
   const SensorPlace& sensor(Index i) const { return sensors_[static_cast<std::size_t>(i)]; }
 
+  /// Laws with memory, which is how many `slopes_here` writes.
+  Index memory_laws() const;
+
  private:
+  friend class Tangent;
   struct Branch {
     std::size_t from, to, first_law, last_law;
     std::size_t first_curved;                    // laws [first_curved, first_memory) are nonlinear ...
@@ -122,6 +136,8 @@ class Motion {
   double effective_travel(const Branch& branch, double travel) const;
   bool force(const Branch& branch, double travel, double rate, double free_rate, const double* z, double& sum,
              double* z_rate) const;
+  bool element(const Branch& branch, double own_travel, double rate, double free_rate, const double* z, double& sum,
+               double* z_rate) const;
   double free_rate(const Branch& branch, double rate) const;
   double reading(SensorKind kind, Index node, const double* q, const double* v, const double* a) const;
 

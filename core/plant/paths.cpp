@@ -139,6 +139,12 @@ Matrix apply_drive_paths(const Plant& plant, ConstMatrixRef drive, Index first_s
   return felt;
 }
 
+bool same_drive_paths(const Plant& a, const Plant& b) {
+  return a.clock_skew == b.clock_skew &&
+         std::equal(a.inputs.begin(), a.inputs.end(), b.inputs.begin(), b.inputs.end(),
+                    [](const PlantInput& one, const PlantInput& other) { return one.path == other.path; });
+}
+
 Matrix drive_at_samples(const Plant& plant, ConstMatrixRef felt) {
   const auto in_step = [](const PlantInput& input) { return input.path.sampling_phase == 0; };
   if (std::all_of(plant.inputs.begin(), plant.inputs.end(), in_step)) return {};

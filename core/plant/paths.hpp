@@ -32,6 +32,7 @@ struct Lag {
   double time_constant_s = 0;                                  ///< 0: none
   double cutoff_hz = std::numeric_limits<double>::infinity();  ///< infinite: none
   double damping_ratio = 0.7;
+  bool operator==(const Lag&) const = default;
 };
 
 struct DrivePath {
@@ -43,6 +44,7 @@ struct DrivePath {
   double saturation = std::numeric_limits<double>::infinity();
   double saturation_sharpness = std::numeric_limits<double>::infinity();
   double sampling_phase = 0;
+  bool operator==(const DrivePath&) const = default;
 };
 
 struct SensorPath {
@@ -104,6 +106,8 @@ void write_path(Json& out, const SensorPath& path);
 /// 1e-4 of the amplitude below 0.37 of the hold rate. Lags start at rest at their first value and follow the command
 /// between its samples to fourth order in frequency over hold rate.
 Matrix apply_drive_paths(const Plant& plant, ConstMatrixRef drive, Index first_sample);
+/// True if two plants of the same inputs feel the same of every drive.
+bool same_drive_paths(const Plant& a, const Plant& b);
 /// What the plant feels at the sampling instants, where that differs from what it feels over the interval behind them:
 /// m x N, or empty. @param felt of apply_drive_paths
 Matrix drive_at_samples(const Plant& plant, ConstMatrixRef felt);

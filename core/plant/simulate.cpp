@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/plant/linearise.hpp"
+#include "core/plant/tangent.hpp"
 
 namespace wheelhop {
 namespace {
@@ -15,45 +16,58 @@ constexpr double kMemorySpeed = 1;  // m/s, at which laws with memory are judged
 /// Classical Runge-Kutta of fourth order on q' = v, v' = a(q, v, z), z' = g(q, v, z).
 class Stepper {
  public:
-  explicit Stepper(Motion& motion) : motion_(motion) {
+  Stepper(Motion& motion, Tangent* tangent) : motion_(motion), tangent_(tangent) {
     const Index n = motion.masses();
     for (Vector* x : {&q_, &a1_, &a2_, &a3_, &a4_, &v2_, &v3_, &v4_}) x->setZero(n);
     for (Vector* z : {&z_, &r1_, &r2_, &r3_, &r4_}) z->setZero(motion.memories());
   }
 
-  /// One step of length h from (q, v, z), in place. Every stage is checked: a stage beyond the pole of an end stop
-  /// would read a force of the wrong sign and go on as if nothing had happened.
-  int step(double h, double* q, double* v, double* z) {
+  /// First stage of the step from (q, v, z): the accelerations there, which an output may read as well.
+  int begin(const double* q, const double* v, const double* z) {
+    if (const int e = motion_.accelerations(q, v, z, a1_.data(), r1_.data()); e >= 0) return e;
+    return tangent_ ? tangent_->begin(motion_, z, a1_.data()) : Motion::all_defined;
+  }
+  const double* accelerations() const { return a1_.data(); }
+
+  /// The step of length h that was begun at (q, v, z), in place. Every stage is checked: a stage beyond the pole of an
+  /// end stop would read a force of the wrong sign and go on as if nothing had happened.
+  int finish(double h, double* q, double* v, double* z) {
     const Index n = q_.size(), s = z_.size();
-    if (int e = motion_.accelerations(q, v, z, a1_.data(), r1_.data()); e >= 0) return e;
     for (Index i = 0; i < n; ++i) {
       q_[i] = q[i] + 0.5 * h * v[i];
       v2_[i] = v[i] + 0.5 * h * a1_[i];
     }
     for (Index i = 0; i < s; ++i) z_[i] = z[i] + 0.5 * h * r1_[i];
-    if (int e = motion_.accelerations(q_.data(), v2_.data(), z_.data(), a2_.data(), r2_.data()); e >= 0) return e;
+    if (int e = stage(0.5 * h, 2, v2_, a2_, r2_); e >= 0) return e;
     for (Index i = 0; i < n; ++i) {
       q_[i] = q[i] + 0.5 * h * v2_[i];
       v3_[i] = v[i] + 0.5 * h * a2_[i];
     }
     for (Index i = 0; i < s; ++i) z_[i] = z[i] + 0.5 * h * r2_[i];
-    if (int e = motion_.accelerations(q_.data(), v3_.data(), z_.data(), a3_.data(), r3_.data()); e >= 0) return e;
+    if (int e = stage(0.5 * h, 2, v3_, a3_, r3_); e >= 0) return e;
     for (Index i = 0; i < n; ++i) {
       q_[i] = q[i] + h * v3_[i];
       v4_[i] = v[i] + h * a3_[i];
     }
     for (Index i = 0; i < s; ++i) z_[i] = z[i] + h * r3_[i];
-    if (int e = motion_.accelerations(q_.data(), v4_.data(), z_.data(), a4_.data(), r4_.data()); e >= 0) return e;
+    if (int e = stage(h, 1, v4_, a4_, r4_); e >= 0) return e;
     for (Index i = 0; i < n; ++i) {
       q[i] += h / 6 * (v[i] + 2 * (v2_[i] + v3_[i]) + v4_[i]);
       v[i] += h / 6 * (a1_[i] + 2 * (a2_[i] + a3_[i]) + a4_[i]);
     }
     for (Index i = 0; i < s; ++i) z[i] += h / 6 * (r1_[i] + 2 * (r2_[i] + r3_[i]) + r4_[i]);
+    if (tangent_) tangent_->finish(h);
     return Motion::all_defined;
   }
 
  private:
+  int stage(double c, double weight, const Vector& v, Vector& a, Vector& r) {
+    if (const int e = motion_.accelerations(q_.data(), v.data(), z_.data(), a.data(), r.data()); e >= 0) return e;
+    return tangent_ ? tangent_->stage(c, weight, motion_, z_.data(), a.data()) : Motion::all_defined;
+  }
+
   Motion& motion_;
+  Tangent* const tangent_;
   Vector q_, v2_, v3_, v4_, a1_, a2_, a3_, a4_;
   Vector z_, r1_, r2_, r3_, r4_;
 };
@@ -95,7 +109,7 @@ double fastest_memory(const Plant& plant) {
 
 }  // namespace
 
-Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options) {
+Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options, Tangent* tangent) {
   Motion motion(plant);
   check_shapes(plant, motion.memories(), drive, options);
   const double hold_s = 1 / plant.hold_hz();
@@ -128,8 +142,8 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
   result.states.resize(size, kept);
   result.outputs.resize(plant.sensor_count(), kept);
 
-  Stepper stepper(motion);
-  Vector u_rate = Vector::Zero(m), u_step = u_rate, a(n), z_rate(motion.memories());
+  Stepper stepper(motion, tangent);
+  Vector u_rate = Vector::Zero(m), u_step = u_rate;
   double* const q = state.data();
   double* const v = state.data() + n;
   double* const z = state.data() + 2 * n;
@@ -148,19 +162,29 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
         u_step[i] = drive(i, k) - drive(i, k - 1);
         u_rate[i] = u_step[i] / hold_s;
       }
+    if (tangent) tangent->step_memories(motion, k, u_step.data(), z);
     motion.step_memories(u_step.data(), z);
     const bool apart = options.sampled_drive.size() != 0;
     motion.set_inputs(apart ? options.sampled_drive.col(k).data() : drive.col(k).data(), u_rate.data());
+    if (tangent) tangent->set_inputs(motion, k, apart, hold_s);
+    bool begun = false;
     if (k >= options.lead_samples && (k - options.lead_samples) % options.decimation == 0) {
-      if (int e = motion.accelerations(q, v, z, a.data(), z_rate.data()); e >= 0) return left_domain(e, column, k);
-      motion.outputs(q, v, a.data(), result.outputs.col(column).data());
+      if (int e = stepper.begin(q, v, z); e >= 0) return left_domain(e, column, k);
+      motion.outputs(q, v, stepper.accelerations(), result.outputs.col(column).data());
       result.states.col(column) = state;
+      if (tangent) tangent->read(motion, column);
       ++column;
+      begun = !apart;  // under another drive the first stage is another one
     }
     if (k + 1 == N) break;  // nobody asks for the state after the last sample
     if (apart) motion.set_inputs(drive.col(k).data(), u_rate.data());
-    for (Index s = 0; s < options.substeps; ++s)
-      if (int e = stepper.step(h, q, v, z); e >= 0) return left_domain(e, column, k);
+    if (apart && tangent) tangent->set_inputs(motion, k, false, hold_s);
+    for (Index s = 0; s < options.substeps; ++s) {
+      if (!begun)
+        if (int e = stepper.begin(q, v, z); e >= 0) return left_domain(e, column, k);
+      if (int e = stepper.finish(h, q, v, z); e >= 0) return left_domain(e, column, k);
+      begun = false;
+    }
   }
   if (!all_finite(result.states) || !all_finite(result.outputs))
     return fail(Status::not_finite, "the state grew beyond all numbers", 0, start_s);

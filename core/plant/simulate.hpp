@@ -10,6 +10,8 @@
 
 namespace wheelhop {
 
+class Tangent;
+
 struct Equilibrium {
   Status status = Status::ok;
   std::string message;
@@ -52,7 +54,9 @@ struct Simulation {
 /// longer finite; those of `static_equilibrium`; not_finite if the drive or the initial state is not finite.
 /// UserError on wrong shapes. The step has to suit the stiffest law; see `stable_substeps`. Cost: 4 substeps N
 /// evaluations of the plant; nothing is allocated inside the loop.
-Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options = {});
+/// @param tangent carried along, made for this plant and as many samples as are kept; nullptr: none
+Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options = {},
+                    Tangent* tangent = nullptr);
 
 /// Substeps with which every pole of the plant linearised at zero lies well inside the stability region of the
 /// integrator, |s| h <= 2, at most `cap`. Smoothed friction is stiffest there; an end stop is not seen. Internal states

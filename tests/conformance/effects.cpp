@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/gap/screen.hpp"
+#include "core/identify/bounded_step.hpp"
 #include "core/plant/dataset.hpp"
 #include "core/plant/simulate.hpp"
 #include "tests/support/plants.hpp"
@@ -141,4 +142,34 @@ TEST_CASE("the screen finds the effect that is missing, at its place, and nothin
   for (std::size_t i = 0; i < 5; ++i) CHECK(again[i].gain == Approx(order[i].gain).epsilon(1e-3));
   for (const Screened& screened : order)
     if (screened.candidate + 1 == candidates.size()) CHECK(screened.gain < 0.05 * order[0].gain);
+}
+
+TEST_CASE("the Jacobian of a fit is the derivative of its residuals, in every parameter of plant and effect") {
+  for (const Case& c : cases()) {
+    Vector scale = Vector::Constant(c.rest.size(), 0.001);
+    for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation)) {
+      std::vector<FitParameter> parameters = tolerance_parameters(c.plant);
+      parameters.insert(parameters.end(), candidate.parameters.begin(), candidate.parameters.end());
+      const auto problem = plant_problem(candidate.plant, parameters, {c.record}, scale);
+      Vector theta = Vector::Constant(problem->parameters(), 0.02), r(problem->residuals()), ahead = r, behind = r;
+      for (Index j = 1; j < theta.size(); j += 2) theta(j) *= -3;  // no element at rest, where some laws have a corner
+      theta = clamped(theta, problem->box());
+      Matrix J(problem->residuals(), problem->parameters());
+      REQUIRE(problem->jacobian(theta, r, J));
+      REQUIRE(problem->residual(theta, behind));
+      CHECK(r == behind);
+      for (Index j = 0; j < problem->parameters(); ++j) {
+        const bool state = j >= static_cast<Index>(parameters.size());
+        CAPTURE(c.plant.name, candidate.effect, candidate.location, candidate.form, j,
+                state ? "initial state" : parameters[static_cast<std::size_t>(j)].name);
+        Vector there = theta, back = theta;
+        there(j) = std::min(theta(j) + 2e-4, problem->box().upper(j));
+        back(j) = std::max(theta(j) - 2e-4, problem->box().lower(j));
+        REQUIRE(problem->residual(there, ahead));
+        REQUIRE(problem->residual(back, behind));
+        const Vector difference = (ahead - behind) / (there(j) - back(j));
+        CHECK((J.col(j) - difference).norm() <= 2e-2 * difference.norm() + 1e-9 * J.norm());
+      }
+    }
+  }
 }

@@ -53,6 +53,20 @@ LawKind hardening_spring() {
     df_dv = 0;
     return true;
   };
+  kind.gradient = [](std::span<const double> p, double x, double, double* df_dp) {
+    double shape = x + p[alpha] * x * x * x;
+    df_dp[alpha] = p[stiffness] * x * x * x;
+    df_dp[beta] = df_dp[travel_limit] = 0;
+    if (std::isfinite(p[travel_limit])) {
+      if (outside(p, x)) return false;
+      const double angle = 0.5 * std::numbers::pi * x / p[travel_limit], tangent = std::tan(angle);
+      shape += p[beta] * tangent;
+      df_dp[beta] = p[stiffness] * tangent;
+      df_dp[travel_limit] = -p[stiffness] * p[beta] * (1 + tangent * tangent) * angle / p[travel_limit];
+    }
+    df_dp[stiffness] = shape;
+    return true;
+  };
   kind.energy = [](std::span<const double> p, double x) {
     double shape = 0.5 * x * x + 0.25 * p[alpha] * x * x * x * x;
     if (has_pole(p)) {

@@ -1,0 +1,105 @@
+/// \file
+/// How a simulation changes with its parameters, its drive and its initial state: the variational equations
+/// (first-order forward sensitivities), carried along by the simulation's own Runge-Kutta steps. E. Hairer, S. P.
+/// Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., section I.14: (dx/dp)' = df/dx dx/dp +
+/// df/dp.
+#pragma once
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "core/plant/motion.hpp"
+
+namespace wheelhop {
+
+/// A direction in which a simulation is varied.
+struct Variation {
+  /// A plant of the same graph and laws with other numbers, `step` away in this direction; nullptr: the plant itself.
+  const Plant* neighbour = nullptr;
+  double step = 1e-4;       ///< small, of either sign
+  Vector initial = {};      ///< change of the initial state, 2n or 2n + s; empty: 0
+  Matrix drive = {};        ///< change of the drive as the plant feels it, m x N; empty: 0
+  Matrix sampled = {};      ///< that of `SimulateOptions::sampled_drive`; empty: as `drive`
+  Index kept_samples = -1;  ///< the change counts as faded to 0 after so many kept samples; -1: never
+};
+
+/// The changes of one simulation in all its directions, each per unit of its `step`. `simulate` calls the functions in
+/// the order in which they stand here. What follows from the state is linear in the slopes of the laws; what a
+/// neighbour's numbers do at a given motion is a difference over `step`, of its own elements alone. At a corner of a
+/// law (contact, clearance) the slope is that of one side. Cost: the slopes of all laws once a stage, the laws of each
+/// neighbour's own elements, and some twenty products an element, stage and direction.
+class Tangent {
+ public:
+  /// @param variations kept by reference, those that never fade first, then by falling `kept_samples`
+  Tangent(const Plant& plant, const std::vector<Variation>& variations, Index kept_samples);
+
+  /// A new sample k, before and after which the memories' steps are known. @param step m, of the drives; z before it
+  void step_memories(const Motion& motion, Index k, const double* step, const double* z);
+  void set_inputs(const Motion& motion, Index k, bool sampled, double hold_s);
+  /// First stage of a step. @param motion as the `accelerations` a at memories z left it.
+  /// @return as `Motion::accelerations`
+  int begin(Motion& motion, const double* z, const double* a);
+  /// The changes of the readings at the state of `begin`, to a column of the outputs.
+  void read(const Motion& motion, Index column);
+  /// A further stage, c after the start of the step, with the weight of its slopes in the step's sum.
+  int stage(double c, double weight, Motion& motion, const double* z, const double* a);
+  void finish(double h);
+
+  /// p x kept samples a direction.
+  std::vector<Matrix> outputs;
+  /// False of a direction whose neighbour left the domain of its laws on the way.
+  std::vector<char> defined;
+
+ private:
+  /// One row of `stride` numbers, one a direction, for each node, mass or memory.
+  class Rows {
+   public:
+    void resize(Index rows, Index stride) {
+      stride_ = stride;
+      values_.assign(static_cast<std::size_t>(rows * stride), 0);
+    }
+    double* row(std::size_t i) { return values_.data() + static_cast<std::size_t>(stride_) * i; }
+    const double* row(std::size_t i) const { return values_.data() + static_cast<std::size_t>(stride_) * i; }
+    void clear() { std::fill(values_.begin(), values_.end(), 0.0); }
+
+   private:
+    Index stride_ = 0;
+    std::vector<double> values_;
+  };
+  /// An element of which a neighbour has other numbers.
+  struct Changed {
+    std::size_t element;
+    bool whole;                     // how the laws act together has changed, or is bounded by a contact or clearance
+    std::vector<std::size_t> laws;  // otherwise: the nonlinear ones that changed
+  };
+  /// What a neighbour has of its own.
+  struct Neighbour {
+    std::size_t direction;
+    Motion motion;
+    std::vector<Changed> elements;
+    std::vector<std::pair<std::size_t, double>> masses;  // and what its acceleration changes by, per acceleration
+  };
+  int evaluate(Motion& motion, const double* z, const double* a);
+  void own_changes(const Motion& motion, const double* z, const double* a);
+  bool own_change(const Motion& motion, const Neighbour& neighbour, const Changed& changed, const double* z);
+  bool law_force(const Motion& motion, std::size_t law, double travel, double rate, double& f);
+
+  const std::vector<Variation>& variations_;
+  std::size_t masses_, memories_ = 0, active_, stride_ = 0;
+  std::vector<Neighbour> neighbours_;
+  std::vector<std::size_t> driven_;  // directions that change the drive
+  Rows q_, v_, z_;                   // at the start of the step
+  Rows x_, w_, y_;                   // positions and velocities of the nodes, memories: of a stage
+  Rows a_, r_;                       // accelerations and rates of the memories there
+  Rows sum_q_, sum_v_, sum_z_;       // weighted sums of the slopes so far
+  Rows force_, applied_, travel_, rate_, free_rate_, own_force_, own_rate_;
+  std::vector<Motion::ElementSlopes> elements_;
+  std::vector<MemorySlopes> laws_;
+  std::vector<double> there_, z_rate_;  // rates of the memories, here and at a neighbour
+  // Of the plant itself at this stage, as far as asked for: NaN and empty before.
+  std::vector<double> law_force_;
+  std::vector<std::vector<double>> gradients_;
+};
+
+}  // namespace wheelhop
