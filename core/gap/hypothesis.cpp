@@ -35,10 +35,10 @@ GapStage stage_of(const Study& study, const PlantFit& run) {
 
 // Far from the plant as delivered a fit of all parameters first loses itself in what the data hardly tell.
 constexpr Index kPatient = 4;
-constexpr Index kQuickIterations = 5;
+constexpr Index kQuickIterations = 8;
 constexpr double kNear = 0.15;  // of the fall of chi2, by which a quick fit may lie behind the best and be fitted on
 
-/// Fits from `hypothesis.start` and scores; false where a simulation failed.
+/// Fits from `hypothesis.start` and scores; false where a simulation failed, of the held-out records as well.
 bool complete(const Study& study, const Solver& solver, const FitOptions& fitted, const FitOptions& held_out,
               Hypothesis& hypothesis) {
   hypothesis.fit = fit_plant(hypothesis.start, hypothesis.parameters, study.data.fitted, solver, fitted);
@@ -46,7 +46,8 @@ bool complete(const Study& study, const Solver& solver, const FitOptions& fitted
   hypothesis.held_out = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, held_out);
   if (hypothesis.held_out.error.empty() || !std::isfinite(hypothesis.held_out.misfit)) {
     hypothesis.stage = {};
-    hypothesis.stage.misfit = std::numeric_limits<double>::infinity();
+    hypothesis.stage.misfit = hypothesis.chi2 = std::numeric_limits<double>::infinity();
+    hypothesis.fit.error.clear();
     return false;
   }
   hypothesis.stage = stage_of(study, hypothesis.held_out);
@@ -199,7 +200,8 @@ Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<Fi
   Hypothesis hypothesis;
   hypothesis.parameters = std::move(parameters);
   hypothesis.start = plant;
-  complete(study, study.solvers.patient, {kPatient * study.iterations}, {study.iterations}, hypothesis);
+  complete(study, study.solvers.patient, {.iterations = kPatient * study.iterations, .alone = true},
+           {.iterations = study.iterations}, hypothesis);
   return hypothesis;
 }
 

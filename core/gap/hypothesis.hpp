@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -43,7 +44,9 @@ struct Hypothesis {
   PlantFit fit;                          ///< of the fitted records
   PlantFit held_out;                     ///< of the held-out records, by their initial states alone
   GapStage stage;                        ///< what `held_out` leaves
-  double chi2 = 0;  ///< sum r^2 over the fitted and, if they are apart, the held-out records, + sum (t / prior_std)^2
+  /// Sum r^2 over the fitted and, if they are apart, the held-out records, + sum (t / prior_std)^2. Infinite where a
+  /// simulation of either failed; `fit.error` is empty then.
+  double chi2 = std::numeric_limits<double>::infinity();
   double prior_chi2 = 0;    ///< of that, the last sum: how far the parameters left their tolerances
   double plausibility = 0;  ///< log_plausibility summed over the effects, <= 0
 };
@@ -58,8 +61,8 @@ std::string name_of(const EffectCandidate& effect);
 /// stand behind it: the whole catalogue, or one with families left out to see whether a diagnosis then says "none".
 using CandidateList = std::function<std::vector<EffectCandidate>(const Plant&, const Operation&)>;
 
-/// The solvers of least squares, by how much a fit is worth. Simulations are nearly all of the cost, and a Jacobian by
-/// differences takes one of every fitted record for each parameter.
+/// The solvers of least squares, by how much a fit is worth. Simulations are nearly all of the cost, and a
+/// Jacobian of all parameters takes as long as four or five of them.
 struct GapSolvers {
   const Solver& quick;     ///< for many fits of which most are dropped
   const Solver& thorough;  ///< for those that stay
@@ -77,7 +80,7 @@ struct Study {
 };
 
 /// The plant itself with some parameters free. Linearised. `fit.error` is empty where a simulation failed.
-/// Cost: up to four times the study's iterations, each one simulation of every fitted record for every parameter.
+/// Cost: up to four times the study's iterations, each a Jacobian. Takes all threads.
 Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<FitParameter> parameters);
 
 /// The plant of a hypothesis, from its solution on, with other priors. Not linearised.

@@ -1,0 +1,51 @@
+// Hypotheses whose plant follows some records and not others.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/gap/hypothesis.hpp"
+#include "core/gap/rivals.hpp"
+#include "core/plant/dataset.hpp"
+#include "tests/support/plants.hpp"
+#include "variants/solver/levenberg_marquardt.hpp"
+#include "variants/table.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+
+TEST_CASE("a plant that cannot follow the held-out drive alone has no finite chi2 and is nobody's rival") {
+  const Plant plant = plant_from(quarter_car_text);
+  Plant heavy = plant;  // so that a parameter is out of its tolerance, and tried
+  heavy.masses[0].mass_kg *= 1.2;
+  const Index ratio = 5, samples = 500;
+  RecordSet set;
+  set.sampling_hz = plant.hold_hz() / static_cast<double>(ratio);
+  for (const auto& [role, level] : {std::pair<std::string, double>{"estimation", 0.005}, {"validation", 10.0}}) {
+    Matrix drive(1, samples * ratio);
+    for (Index k = 0; k < drive.cols(); ++k)
+      drive(0, k) = level * std::sin(9 * static_cast<double>(k) / plant.hold_hz());
+    Matrix weak = 0.005 / level * drive;
+    GeneratedRecord made = generate_record(heavy, weak, set.sampling_hz);
+    REQUIRE(made.status == Status::ok);
+    made.signal.u *= level / 0.005;
+    set.records.push_back({role, role, "", 0, made.signal});
+  }
+  for (const Sensor& sensor : plant.sensors) set.noise_std[sensor.name] = 1e-3;
+  const auto solver = make_levenberg_marquardt({});
+  const GapData data = gap_data(plant, set, noise_floor(set), 0.25);
+  const GapSolvers solvers{*solver, *solver, *solver};
+  const CandidateList candidates = effect_candidates;
+  const Study study{plant, data, solvers, candidates, tolerance_parameters(plant)};
+  const Hypothesis lost = fit_hypothesis(study, plant, study.tolerances);
+  CHECK(lost.fit.error.empty());
+  CHECK(std::isinf(lost.chi2));
+  CHECK(std::isinf(lost.stage.misfit));
+
+  GapData same = data;
+  same.held_out = same.fitted;
+  const Study followed{plant, same, solvers, candidates, tolerance_parameters(plant)};
+  const Hypothesis good = fit_hypothesis(followed, plant, followed.tolerances);
+  REQUIRE_FALSE(good.fit.error.empty());
+  const std::vector<Rival> rivals = parameter_rivals(study, good, 0);
+  REQUIRE(!rivals.empty());
+  for (const Rival& rival : rivals) CHECK(rival.chi2 >= good.chi2);
+}
