@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace wheelhop {
 namespace {
@@ -11,45 +10,36 @@ constexpr std::size_t kLanes = 4;  // doubles of a vector register: rows are pad
 
 using Size = std::size_t;
 
-/// f(c) for whole registers that hold `count` numbers; what stands behind those in a row is never read.
-template <class F>
-void each(Size count, F f) {
-  for (Size c = 0; c < count; c += kLanes)
-    for (Size lane = 0; lane < kLanes; ++lane) f(c + lane);
-}
+/// What holds `count` numbers in whole registers; what stands behind them in a row is never read.
+Size filled(Size count) { return (count + kLanes - 1) / kLanes * kLanes; }
 
 /// y += factor * x, of different rows
-void add(Size count, double factor, const double* __restrict x, double* __restrict y) {
+void add(Size count, double factor, const double* x, double* y) {
   if (factor == 0) return;
-  each(count, [&](Size c) { y[c] += factor * x[c]; });
+  const Size n = filled(count);
+#pragma GCC ivdep
+  for (Size c = 0; c < n; ++c) y[c] += factor * x[c];
 }
 
 /// y = x + factor * slope
-void advance(Size count, const double* __restrict x, double factor, const double* __restrict slope,
-             double* __restrict y) {
-  each(count, [&](Size c) { y[c] = x[c] + factor * slope[c]; });
+void advance(Size count, const double* x, double factor, const double* slope, double* y) {
+  const Size n = filled(count);
+#pragma GCC ivdep
+  for (Size c = 0; c < n; ++c) y[c] = x[c] + factor * slope[c];
 }
 
-/// Changes of an element's travel and rate, of what its laws without memory make of them, and of its force in all.
-struct ElementRows {
-  double* __restrict travel;
-  double* __restrict rate;
-  double* __restrict force;
-};
+/// Changes of an element's travel and rate between its ends, and what its laws without memory add to its force.
 void respond(Size count, const Motion::ElementSlopes& slopes, const double* x0, const double* x1, const double* w0,
-             const double* w1, const ElementRows& out) {
-  each(count, [&](Size c) {
-    out.travel[c] = x1[c] - x0[c];
-    out.rate[c] = w1[c] - w0[c];
-    out.force[c] += slopes.stiffness_n_per_m * out.travel[c] + slopes.damping_ns_per_m * out.rate[c];
-  });
-}
-
-/// Law of an element's own numbers: what moves its force is df/dp (p' - p), where the law tells df/dp.
-double along(const std::vector<double>& gradient, const Law& here, const Law& there) {
-  double sum = 0;
-  for (Size i = 0; i < gradient.size(); ++i) sum += gradient[i] * (there.values[i] - here.values[i]);
-  return sum;
+             const double* w1, double* travel, double* rate, double* force) {
+  const double stiffness = slopes.stiffness_n_per_m, damping = slopes.damping_ns_per_m;
+  const Size n = filled(count);
+#pragma GCC ivdep
+  for (Size c = 0; c < n; ++c) {
+    const double dx = x1[c] - x0[c], dv = w1[c] - w0[c];
+    travel[c] = dx;
+    rate[c] = dv;
+    force[c] += stiffness * dx + damping * dv;
+  }
 }
 
 }  // namespace
@@ -58,7 +48,7 @@ Tangent::Tangent(const Plant& plant, const std::vector<Variation>& variations, I
     : variations_(variations), masses_(static_cast<Size>(plant.mass_count())), active_(variations.size()) {
   const Motion motion(plant);
   memories_ = static_cast<Size>(motion.memories());
-  stride_ = (active_ + kLanes - 1) / kLanes * kLanes;
+  stride_ = filled(active_);
   const auto rows = [&](Rows& r, Size count) { r.resize(static_cast<Index>(count), static_cast<Index>(stride_)); };
   const auto nodes = static_cast<Size>(motion.node_count());
   for (Rows* r : {&q_, &v_, &a_, &sum_q_, &sum_v_}) rows(*r, masses_);
@@ -68,10 +58,11 @@ Tangent::Tangent(const Plant& plant, const std::vector<Variation>& variations, I
   rows(own_force_, plant.elements.size());
   elements_.resize(plant.elements.size());
   laws_.resize(static_cast<Size>(motion.memory_laws()));
+  here_.resize(memories_);
   there_.resize(memories_);
-  law_force_.resize(motion.laws_.size());
-  gradients_.resize(motion.laws_.size());
-  z_rate_.resize(memories_);
+  for (const Law& law : motion.laws_) gradients_.emplace_back(law.values.size());
+  known_.resize(motion.laws_.size());
+  neighbour_of_.assign(active_, active_);
   defined.assign(active_, 1);
   outputs.assign(active_, Matrix::Zero(plant.sensor_count(), kept_samples));
   for (Size c = 0; c < active_; ++c) {
@@ -84,24 +75,51 @@ Tangent::Tangent(const Plant& plant, const std::vector<Variation>& variations, I
                                : i - 2 * masses_)[c] = variation.initial(static_cast<Index>(i));
     }
     if (!variation.neighbour) continue;
-    const Plant& other = *variation.neighbour;
-    Neighbour neighbour{c, Motion(other), {}, {}};
-    for (Size i = 0; i < masses_; ++i)
-      if (const double mass = plant.masses[i].mass_kg, moved = other.masses[i].mass_kg; mass != moved)
-        neighbour.masses.push_back({i, (mass / moved - 1) / variation.step});
-    for (Size b = 0; b < plant.elements.size(); ++b) {
-      const Motion::Branch& branch = motion.branches_[b];
-      const auto own_laws = [&](Size k) { return motion.laws_[k].values != neighbour.motion.laws_[k].values; };
-      Changed changed{b, branch.modified, {}};
-      bool any = false;
-      for (Size k = 0; k < plant.elements[b].laws.size(); ++k)
-        any = any || plant.elements[b].laws[k].values != other.elements[b].laws[k].values;
-      for (Size k = branch.first_curved; k < branch.last_law; ++k)
-        if (own_laws(k)) changed.laws.push_back(k);
-      if (any) neighbour.elements.push_back(std::move(changed));
-    }
-    if (!neighbour.masses.empty() || !neighbour.elements.empty()) neighbours_.push_back(std::move(neighbour));
+    add_neighbour(plant, motion, c);
   }
+}
+
+void Tangent::add_neighbour(const Plant& plant, const Motion& motion, Size direction) {
+  const Plant& other = *variations_[direction].neighbour;
+  const double step = variations_[direction].step;
+  for (Size i = 0; i < masses_; ++i)
+    if (const double mass = plant.masses[i].mass_kg, moved = other.masses[i].mass_kg; mass != moved)
+      own_masses_.push_back({direction, i, (mass / moved - 1) / step});
+  Motion there(other);
+  const Size before = changes_.size();
+  for (Size b = 0; b < plant.elements.size(); ++b) {
+    const Motion::Branch &branch = motion.branches_[b], &moved = there.branches_[b];
+    const auto same_values = [](const Law& one, const Law& another) { return one.values == another.values; };
+    if (std::equal(plant.elements[b].laws.begin(), plant.elements[b].laws.end(), other.elements[b].laws.begin(),
+                   same_values))
+      continue;
+    if (branch.modified) {  // a contact or clearance bounds what the laws do together
+      changes_.push_back({direction, b, OwnChange::whole});
+      continue;
+    }
+    const double stiffness = moved.stiffness_n_per_m - branch.stiffness_n_per_m,
+                 damping = moved.damping_ns_per_m - branch.damping_ns_per_m;
+    if (stiffness != 0 || damping != 0)
+      changes_.push_back({direction, b, OwnChange::linear, stiffness / step, damping / step});
+    Size state = branch.first_state;
+    for (Size k = branch.first_curved; k < branch.last_law; ++k) {
+      const Law &law = motion.laws_[k], &moved_law = there.laws_[k];
+      if (!same_values(law, moved_law)) {
+        OwnChange own{direction, b, k >= branch.first_memory ? OwnChange::memory : OwnChange::law, 0, 0, k, state};
+        if (law.kind->gradient) {
+          own.by = OwnChange::gradient;
+          for (Size i = 0; i < law.values.size(); ++i)  // infinite in both where a key is absent
+            own.values.push_back(law.values[i] == moved_law.values[i] ? 0
+                                                                      : (moved_law.values[i] - law.values[i]) / step);
+        }
+        changes_.push_back(std::move(own));
+      }
+      if (k >= branch.first_memory) state += static_cast<Size>(law.states());
+    }
+  }
+  if (changes_.size() == before) return;
+  neighbour_of_[direction] = neighbours_.size();
+  neighbours_.push_back(std::move(there));
 }
 
 void Tangent::step_memories(const Motion& motion, Index k, const double* step, const double* z) {
@@ -117,9 +135,7 @@ void Tangent::step_memories(const Motion& motion, Index k, const double* step, c
         memory.jump(motion.laws_[law].values, branch.driven_sign * step[branch.driven], after);
         for (Size c = 0; c < active_; ++c) {
           const Variation& variation = variations_[c];
-          const auto neighbour =
-              std::find_if(neighbours_.begin(), neighbours_.end(), [&](const auto& n) { return n.direction == c; });
-          const Law& own = neighbour == neighbours_.end() ? motion.laws_[law] : neighbour->motion.laws_[law];
+          const Law& own = neighbour_of_[c] < active_ ? neighbours_[neighbour_of_[c]].laws_[law] : motion.laws_[law];
           double change = 0;
           if (variation.drive.size() > 0 && k > 0)
             change = variation.drive(branch.driven, k) - variation.drive(branch.driven, k - 1);
@@ -153,74 +169,67 @@ void Tangent::set_inputs(const Motion& motion, Index k, bool sampled, double hol
   }
 }
 
-bool Tangent::law_force(const Motion& motion, Size law, double travel, double rate, double& f) {
-  if (std::isnan(law_force_[law]) && !motion.laws_[law].force(travel, rate, law_force_[law])) return false;
-  f = law_force_[law];
+bool Tangent::own_change(const Motion& motion, const OwnChange& own, const double* z) {
+  const Size b = own.element, c = own.direction;
+  const Motion::Branch& branch = motion.branches_[b];
+  const double travel = motion.x_[branch.to] - motion.x_[branch.from];
+  const double rate = motion.v_[branch.to] - motion.v_[branch.from];
+  double& force = own_force_.row(b)[c];
+  if (own.by == OwnChange::linear) {
+    force += own.stiffness_n_per_m * travel + own.damping_ns_per_m * rate;
+    return true;
+  }
+  const Law& law = motion.laws_[own.which];
+  if (own.by == OwnChange::gradient) {
+    std::vector<double>& gradient = gradients_[own.which];
+    if (!known_[own.which] && !law.kind->gradient(law.values, travel, rate, gradient.data())) return false;
+    known_[own.which] = 1;
+    for (Size i = 0; i < gradient.size(); ++i)
+      if (own.values[i] != 0) force += gradient[i] * own.values[i];
+    return true;
+  }
+  const Motion& neighbour = neighbours_[neighbour_of_[c]];
+  const Law& moved = neighbour.laws_[own.which];
+  const double free = motion.free_rate(branch, rate), step = variations_[c].step;
+  double here = 0, there = 0;
+  if (own.by == OwnChange::law) {
+    if (!law.force(travel, rate, here) || !moved.force(travel, rate, there)) return false;
+    force += (there - here) / step;
+    return true;
+  }
+  Size first = own.state, last = b + 1 < motion.branches_.size() ? motion.branches_[b + 1].first_state : memories_;
+  if (own.by == OwnChange::memory) {
+    const LawMemory& memory = law.kind->memory;
+    const double seen = memory.jump ? free : rate;
+    last = first + static_cast<Size>(memory.states);
+    if (!memory.force(law.values, travel, seen, z + first, here, here_.data() + first) ||
+        !memory.force(moved.values, travel, seen, z + first, there, there_.data() + first))
+      return false;
+  } else {
+    first = branch.first_state;
+    if (!motion.element(branch, travel, rate, free, z, here, here_.data()) ||
+        !neighbour.element(neighbour.branches_[b], travel, rate, free, z, there, there_.data()))
+      return false;
+  }
+  force += (there - here) / step;
+  for (Size i = first; i < last; ++i) own_rate_.row(i)[c] += (there_[i] - here_[i]) / step;
   return true;
 }
 
-bool Tangent::own_change(const Motion& motion, const Neighbour& neighbour, const Changed& changed, const double* z) {
-  const Size b = changed.element, c = neighbour.direction;
-  const Motion::Branch &here = motion.branches_[b], &there = neighbour.motion.branches_[b];
-  const double travel = motion.x_[here.to] - motion.x_[here.from], rate = motion.v_[here.to] - motion.v_[here.from];
-  const double free = motion.free_rate(here, rate), step = variations_[c].step;
-  double sum = 0, own = 0, other = 0;
-  if (changed.whole) {
-    if (!neighbour.motion.element(there, travel, rate, free, z, other, z_rate_.data()) ||
-        !motion.element(here, travel, rate, free, z, own, there_.data()))
-      return false;
-    sum = other - own;
-    const Size last = b + 1 < motion.branches_.size() ? motion.branches_[b + 1].first_state : memories_;
-    for (Size i = here.first_state; i < last; ++i) own_rate_.row(i)[c] = (z_rate_[i] - there_[i]) / step;
-  } else {
-    sum = (there.stiffness_n_per_m - here.stiffness_n_per_m) * travel +
-          (there.damping_ns_per_m - here.damping_ns_per_m) * rate;
-    for (const Size k : changed.laws) {
-      const Law &law = motion.laws_[k], &other_law = neighbour.motion.laws_[k];
-      if (k < here.first_memory && law.kind->gradient) {
-        std::vector<double>& gradient = gradients_[k];
-        if (gradient.empty()) {
-          gradient.resize(law.values.size());
-          if (!law.kind->gradient(law.values, travel, rate, gradient.data())) return false;
-        }
-        sum += along(gradient, law, other_law);
-        continue;
-      }
-      if (k < here.first_memory) {
-        if (!law_force(motion, k, travel, rate, own) || !other_law.force(travel, rate, other)) return false;
-      } else {
-        const LawMemory& memory = law.kind->memory;
-        Size state = here.first_state;
-        for (Size m = here.first_memory; m < k; ++m) state += static_cast<Size>(motion.laws_[m].states());
-        const double seen = memory.jump ? free : rate;
-        if (!memory.force(law.values, travel, seen, z + state, own, there_.data()) ||
-            !memory.force(other_law.values, travel, seen, z + state, other, z_rate_.data()))
-          return false;
-        for (Size i = 0; i < static_cast<Size>(memory.states); ++i)
-          own_rate_.row(state + i)[c] = (z_rate_[i] - there_[i]) / step;
-      }
-      sum += other - own;
-    }
-  }
-  own_force_.row(b)[c] = sum / step;
-  return std::isfinite(sum);
-}
-
 void Tangent::own_changes(const Motion& motion, const double* z, const double* a) {
+  a_.clear();
   own_force_.clear();
   own_rate_.clear();
-  std::fill(law_force_.begin(), law_force_.end(), std::numeric_limits<double>::quiet_NaN());
-  for (std::vector<double>& gradient : gradients_) gradient.clear();
-  for (const Neighbour& neighbour : neighbours_) {
-    const Size c = neighbour.direction;
-    if (c >= active_ || !defined[c]) continue;
-    for (const Changed& changed : neighbour.elements)
-      if (!own_change(motion, neighbour, changed, z)) defined[c] = 0;
-    for (const auto& [mass, share] : neighbour.masses) a_.row(mass)[c] += share * a[mass];
-  }
+  std::fill(known_.begin(), known_.end(), 0);
+  for (const OwnChange& own : changes_)
+    if (own.direction < active_ && defined[own.direction] && !own_change(motion, own, z)) defined[own.direction] = 0;
+  for (const OwnMass& own : own_masses_)
+    if (own.direction < active_) a_.row(own.mass)[own.direction] += own.share * a[own.mass];
 }
 
 int Tangent::evaluate(Motion& motion, const double* z, const double* a) {
+  // First what is written number by number: vectors that read it at once would wait for it.
+  own_changes(motion, z, a);
   if (const int element = motion.slopes_here(z, elements_.data(), laws_.data()); element >= 0) return element;
   for (const Motion::RigidPoint& point : motion.points_) {
     std::fill_n(x_.row(point.node), active_, 0.0);
@@ -230,8 +239,6 @@ int Tangent::evaluate(Motion& motion, const double* z, const double* a) {
       add(active_, weight.value, w_.row(static_cast<Size>(weight.mass)), w_.row(point.node));
     }
   }
-  a_.clear();
-  own_changes(motion, z, a);
   force_ = applied_;
   double* const travel = travel_.row(0);
   double* const rate = rate_.row(0);
@@ -241,8 +248,8 @@ int Tangent::evaluate(Motion& motion, const double* z, const double* a) {
     const Motion::Branch& branch = motion.branches_[b];
     const Motion::ElementSlopes& slopes = elements_[b];
     double* const sum = own_force_.row(b);
-    respond(active_, slopes, x_.row(branch.from), x_.row(branch.to), w_.row(branch.from), w_.row(branch.to),
-            {travel, rate, sum});
+    respond(active_, slopes, x_.row(branch.from), x_.row(branch.to), w_.row(branch.from), w_.row(branch.to), travel,
+            rate, sum);
     Size state = branch.first_state;
     for (Size k = branch.first_memory; k < branch.last_law; ++k, ++law) {
       const LawMemory& memory = motion.laws_[k].kind->memory;

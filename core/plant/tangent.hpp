@@ -67,27 +67,29 @@ class Tangent {
     Index stride_ = 0;
     std::vector<double> values_;
   };
-  /// An element of which a neighbour has other numbers.
-  struct Changed {
-    std::size_t element;
-    bool whole;                     // how the laws act together has changed, or is bounded by a contact or clearance
-    std::vector<std::size_t> laws;  // otherwise: the nonlinear ones that changed
+  /// How the numbers of a neighbour act on one element at a given motion, over the step.
+  struct OwnChange {
+    std::size_t direction, element;
+    enum { linear, gradient, law, memory, whole } by;
+    double stiffness_n_per_m = 0, damping_ns_per_m = 0;  // linear: of the laws of constant slopes together
+    std::size_t which = 0, state = 0;                    // gradient, law, memory: which one, and its first state
+    std::vector<double> values = {};                     // gradient: change of the law's values
   };
-  /// What a neighbour has of its own.
-  struct Neighbour {
-    std::size_t direction;
-    Motion motion;
-    std::vector<Changed> elements;
-    std::vector<std::pair<std::size_t, double>> masses;  // and what its acceleration changes by, per acceleration
+  struct OwnMass {
+    std::size_t direction, mass;
+    double share;  // change of its acceleration, per acceleration
   };
+  void add_neighbour(const Plant& plant, const Motion& motion, std::size_t direction);
   int evaluate(Motion& motion, const double* z, const double* a);
   void own_changes(const Motion& motion, const double* z, const double* a);
-  bool own_change(const Motion& motion, const Neighbour& neighbour, const Changed& changed, const double* z);
-  bool law_force(const Motion& motion, std::size_t law, double travel, double rate, double& f);
+  bool own_change(const Motion& motion, const OwnChange& own, const double* z);
 
   const std::vector<Variation>& variations_;
   std::size_t masses_, memories_ = 0, active_, stride_ = 0;
-  std::vector<Neighbour> neighbours_;
+  std::vector<Motion> neighbours_;         // those that differ in an element
+  std::vector<std::size_t> neighbour_of_;  // of a direction; as many as there are: none
+  std::vector<OwnChange> changes_;
+  std::vector<OwnMass> own_masses_;
   std::vector<std::size_t> driven_;  // directions that change the drive
   Rows q_, v_, z_;                   // at the start of the step
   Rows x_, w_, y_;                   // positions and velocities of the nodes, memories: of a stage
@@ -96,10 +98,9 @@ class Tangent {
   Rows force_, applied_, travel_, rate_, free_rate_, own_force_, own_rate_;
   std::vector<Motion::ElementSlopes> elements_;
   std::vector<MemorySlopes> laws_;
-  std::vector<double> there_, z_rate_;  // rates of the memories, here and at a neighbour
-  // Of the plant itself at this stage, as far as asked for: NaN and empty before.
-  std::vector<double> law_force_;
-  std::vector<std::vector<double>> gradients_;
+  std::vector<double> here_, there_;            // rates of the memories, of the plant itself and of a neighbour
+  std::vector<std::vector<double>> gradients_;  // of the laws at this stage, as far as asked for
+  std::vector<char> known_;                     // whether
 };
 
 }  // namespace wheelhop
