@@ -21,6 +21,8 @@ std::string most_retuned(const Diagnosis& diagnosis) {
   return fmt::format(", {} ({:+.1f} tolerances) most", parameter.name, parameter.value);
 }
 
+constexpr double kSeen = 0.5;  // upper end of the closure of an effect that the held-out records reach
+
 }  // namespace
 
 std::string answer(const Diagnosis& diagnosis) {
@@ -61,9 +63,14 @@ std::string answer(const Diagnosis& diagnosis) {
   for (Index i = 0; i < diagnosis.shares.size(); ++i)
     shares += fmt::format("{} {:.0f} % by {}", i == 0 ? ":" : ",", 100 * diagnosis.shares(i),
                           diagnosis.named[static_cast<std::size_t>(i)]);
-  std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) removes {} of what re-tuning leaves{}.",
-                                 gap, diagnosis.locations.front().location, diagnosis.locations.front().probability,
-                                 names, best().probability, percent(diagnosis.closure), shares);
+  // An answer that closes little was found in the fitted records: those held out hold little of its effect.
+  const std::string effect =
+      diagnosis.closure.high < kSeen
+          ? "explains it where the drive reaches it; the validation records hardly do, so that they do not show how far"
+          : "removes " + percent(diagnosis.closure) + " of what re-tuning leaves" + shares;
+  std::string text =
+      fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) {}.", gap, diagnosis.locations.front().location,
+                  diagnosis.locations.front().probability, names, best().probability, effect);
   const std::string it = diagnosis.named.size() > 1 ? " One of the two" : " It";
   for (const std::string& other : diagnosis.ambiguous_with) text += it + " could also be " + other + ".";
   if (!diagnosis.separating.test.empty())

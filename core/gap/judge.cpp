@@ -238,7 +238,10 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
                              (explained < kExplainsWell ? kElsewhere : kFarElsewhere);
   const std::string odd =
       diagnosis.outcome != GapOutcome::several ? undefined_size(answer.effects.back(), answer.fit.plant) : "";
-  const bool unexplained = explained < kExplains || diagnosis.closure.high < kSurelyNot;
+  // Held-out records that never reach the effect have no gap that could be closed.
+  const bool reached = c.retuned.stage.misfit > 1 + kTooSmall;
+  const bool unexplained =
+      explained < kExplains || (reached && explained < kExplainsWell && diagnosis.closure.high < kSurelyNot);
   if (unexplained || misplaced || !odd.empty()) {
     const std::vector<LocationProbability> by_rivals = diagnosis.locations;
     // Noise rounds differently each time: a converter that is simulated without it explains a part of its error alone.

@@ -68,14 +68,15 @@ Tangent::Tangent(const Plant& plant, const std::vector<Variation>& variations, I
   for (Size c = 0; c < active_; ++c) {
     const Variation& variation = variations_[c];
     if (variation.drive.size() > 0) driven_.push_back(c);
-    for (Size i = 0; i < static_cast<Size>(variation.initial.size()); ++i) {
-      Rows& to = i < masses_ ? q_ : i < 2 * masses_ ? v_ : z_;
-      to.row(i < masses_       ? i
-             : i < 2 * masses_ ? i - masses_
-                               : i - 2 * masses_)[c] = variation.initial(static_cast<Index>(i));
+    if (variation.neighbour) add_neighbour(plant, motion, c);
+    if (variation.initial.size() == 0) continue;
+    const double* const initial = variation.initial.data();
+    for (Size i = 0; i < masses_; ++i) {
+      q_.row(i)[c] = initial[i];
+      v_.row(i)[c] = initial[masses_ + i];
     }
-    if (!variation.neighbour) continue;
-    add_neighbour(plant, motion, c);
+    const Size known = static_cast<Size>(variation.initial.size()) - 2 * masses_;
+    for (Size i = 0; i < known; ++i) z_.row(i)[c] = initial[2 * masses_ + i];
   }
 }
 
@@ -106,7 +107,7 @@ void Tangent::add_neighbour(const Plant& plant, const Motion& motion, Size direc
       const Law &law = motion.laws_[k], &moved_law = there.laws_[k];
       if (!same_values(law, moved_law)) {
         OwnChange own{direction, b, k >= branch.first_memory ? OwnChange::memory : OwnChange::law, 0, 0, k, state};
-        if (law.kind->gradient) {
+        if (law.kind->gradient && own.by == OwnChange::law) {
           own.by = OwnChange::gradient;
           for (Size i = 0; i < law.values.size(); ++i)  // infinite in both where a key is absent
             own.values.push_back(law.values[i] == moved_law.values[i] ? 0
@@ -135,7 +136,8 @@ void Tangent::step_memories(const Motion& motion, Index k, const double* step, c
         memory.jump(motion.laws_[law].values, branch.driven_sign * step[branch.driven], after);
         for (Size c = 0; c < active_; ++c) {
           const Variation& variation = variations_[c];
-          const Law& own = neighbour_of_[c] < active_ ? neighbours_[neighbour_of_[c]].laws_[law] : motion.laws_[law];
+          const Size neighbour = neighbour_of_[c];
+          const Law& own = (neighbour < neighbours_.size() ? neighbours_[neighbour] : motion).laws_[law];
           double change = 0;
           if (variation.drive.size() > 0 && k > 0)
             change = variation.drive(branch.driven, k) - variation.drive(branch.driven, k - 1);

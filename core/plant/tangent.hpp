@@ -1,8 +1,8 @@
 /// \file
 /// How a simulation changes with its parameters, its drive and its initial state: the variational equations
-/// (first-order forward sensitivities), carried along by the simulation's own Runge-Kutta steps. E. Hairer, S. P.
-/// Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., section I.14: (dx/dp)' = df/dx dx/dp +
-/// df/dp.
+///   (dx/dp)' = df/dx dx/dp + df/dp,
+/// first-order forward sensitivities, carried along by the simulation's own Runge-Kutta steps. E. Hairer, S. P.
+/// Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., section I.14.
 #pragma once
 
 #include <algorithm>
@@ -34,8 +34,9 @@ class Tangent {
   /// @param variations kept by reference, those that never fade first, then by falling `kept_samples`
   Tangent(const Plant& plant, const std::vector<Variation>& variations, Index kept_samples);
 
-  /// A new sample k, before and after which the memories' steps are known. @param step m, of the drives; z before it
+  /// At the start of sample k, before the memories z follow the drives' steps. @param step m
   void step_memories(const Motion& motion, Index k, const double* step, const double* z);
+  /// @param sampled for accelerations at the sample itself, else over the interval behind it
   void set_inputs(const Motion& motion, Index k, bool sampled, double hold_s);
   /// First stage of a step. @param motion as the `accelerations` a at memories z left it.
   /// @return as `Motion::accelerations`
@@ -87,7 +88,7 @@ class Tangent {
   const std::vector<Variation>& variations_;
   std::size_t masses_, memories_ = 0, active_, stride_ = 0;
   std::vector<Motion> neighbours_;         // those that differ in an element
-  std::vector<std::size_t> neighbour_of_;  // of a direction; as many as there are: none
+  std::vector<std::size_t> neighbour_of_;  // of a direction; beyond the list: none
   std::vector<OwnChange> changes_;
   std::vector<OwnMass> own_masses_;
   std::vector<std::size_t> driven_;  // directions that change the drive

@@ -144,7 +144,8 @@ TEST_CASE("the screen finds the effect that is missing, at its place, and nothin
     if (screened.candidate + 1 == candidates.size()) CHECK(screened.gain < 0.05 * order[0].gain);
 }
 
-TEST_CASE("the Jacobian of a fit is the derivative of its residuals, in every parameter of plant and effect") {
+TEST_CASE("the Jacobian of a fit is the derivative of its residuals, in every parameter of plant and effect",
+          "[slow]") {
   for (const Case& c : cases()) {
     Vector scale = Vector::Constant(c.rest.size(), 0.001);
     for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation)) {

@@ -29,15 +29,17 @@ Matrix smooth_drive(Random& road, Index samples) {
 }
 
 /// Two repeats and a validation record of `truth`, and the plant file of `nominal`.
-/// @param unknown share of what drives the plant that no record tells
-void measure(const Folder& folder, const Plant& nominal, const Plant& truth, double noise, double unknown = 0) {
+/// @param unknown share of what drives the plant that no record tells   @param calmer drive of the validation record
+/// over that of the others
+void measure(const Folder& folder, const Plant& nominal, const Plant& truth, double noise, double unknown = 0,
+             double calmer = 1) {
   RecordSet set;
   set.sampling_hz = 200;
   const Index ratio = 5, samples = 3000;
   Random random(77, Stream::road);
   for (int which = 0; which < 3; ++which) {
     Random road(78, Stream::road, which == 2);
-    const Matrix drive = smooth_drive(road, samples * ratio);
+    const Matrix drive = (which == 2 ? calmer : 1.0) * smooth_drive(road, samples * ratio);
     GeneratedRecord made = generate_record(truth, drive, 200);
     REQUIRE(made.status == Status::ok);
     if (unknown > 0) {
@@ -150,6 +152,16 @@ TEST_CASE("a relaxation too slow for any mount is located, not named", "[slow]")
     CHECK(d.at("where").at("location") == "suspension");
     if (slow) CHECK_THAT(out, Contains("it acts as series_compliance would"));
   }
+}
+
+TEST_CASE("an effect that the validation record never reaches is named all the same", "[slow]") {
+  const Folder folder;
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  truth.inputs[0].path.saturation = 0.016;
+  measure(folder, nominal, truth, 0.01, 0, 0.5);
+  std::string out;
+  CHECK(diagnosis(folder, out).at("which").at("named") == Json::array({"saturation@actuator"}));
 }
 
 TEST_CASE("two wrong parameters are not told as one", "[slow]") {
