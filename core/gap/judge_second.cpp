@@ -49,7 +49,10 @@ void add_second(const GapCase& c, std::vector<Hypothesis>& singles, const std::v
                 Hypothesis& answer, Diagnosis& diagnosis) {
   std::vector<Hypothesis> seconds = pairs(c, singles, rivals, changes);
   if (seconds.empty()) return;
-  const Hypothesis& pair = seconds.front();
+  // By chi2 alone the best pair may be one of implausible sizes.
+  std::vector<Rival> others = rivals_of(seconds);
+  weigh(others, {diagnosis.floor.colour, answer.chi2 - c.floor_chi2(), c.floor_chi2()});
+  const Hypothesis& pair = seconds[others.front().hypothesis];
   const double notice = kNotice * diagnosis.floor.colour;
   // At one place a second effect may be no more than what the first one's form does not fit: it has to do better.
   const bool one_place = pair.effects[0].location == pair.effects[1].location;
@@ -73,8 +76,6 @@ void add_second(const GapCase& c, std::vector<Hypothesis>& singles, const std::v
   diagnosis.named = {name_of(pair.effects[0]), name_of(pair.effects[1])};
   diagnosis.outcome = GapOutcome::several;
   lead(diagnosis);
-  std::vector<Rival> others = rivals_of(seconds);
-  weigh(others, {diagnosis.floor.colour, answer.chi2 - c.floor_chi2(), c.floor_chi2()});
   // A pair stands there in either order, and alone its two effects had shared what they now have together.
   const auto sure_of = [&](const EffectCandidate& effect) {
     double sum = 0;
