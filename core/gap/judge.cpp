@@ -24,8 +24,9 @@ constexpr double kWorthSecond = 0.06;   // share of the gap that must be left fo
 constexpr double kWorthFreeing = 2;     // surprise of a parameter from which it is fitted without its tolerance
 constexpr double kNotHome = 4;          // surprise from which one wrong parameter is not all that is wrong
 constexpr double kConsidered = 0.05;    // probability from which a rival is named
-// Log odds of an effect that is named, as they turned out to be: a + b log odds, fitted to 754 answers on generated
-// cases of five seeds (of those between 0.4 and 0.95 more were right than said), and no more than those of kSurest.
+// Log odds of an effect that is named, as they turned out to be: a + b log odds, and no more than those of kSurest.
+// Chosen by eye from 754 answers on five generated sets, whose probabilities in seven bins stood beside the share that
+// was right: 0.50 and 0.61, 0.63 and 0.77, 0.76 and 0.89, 0.85 and 1.00, 0.93 and 0.99, 0.96 and 0.99.
 constexpr double kCalibrationShift = 0.4, kCalibrationSlope = 1.5, kSurest = 0.98;
 
 void add_locations(const std::vector<Rival>& rivals, Diagnosis& diagnosis) {

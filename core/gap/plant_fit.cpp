@@ -109,7 +109,7 @@ class PlantProblem final : public ResidualProblem {
   /// Nothing else runs beside: columns of a Jacobian are shared out over the threads, for more work in all.
   void run_alone() { alone_ = true; }
 
-  /// Derivatives that the first Jacobian asked for at `theta` takes from another fit instead of from differences.
+  /// Derivatives that the first Jacobian asked for at `theta` takes from another fit instead of computing them.
   void start_from(const PlantFit& other, ConstVectorRef theta) {
     other_ = &other;
     other_theta_ = theta;
