@@ -35,8 +35,9 @@ std::string answer(const Diagnosis& diagnosis) {
                        : gap + " Parameters that differ inside their tolerances explain it" + most_retuned(diagnosis) +
                              "; nothing is missing.";
     case GapOutcome::parameter:
-      return fmt::format("{} {} at {} explains it (P {:.2f}) and removes {} of it.", gap, best().effect,
-                         best().location, best().probability, percent(diagnosis.closure));
+      return fmt::format("{} {} at {} explains it (P {:.2f}) and removes {} of it{}.", gap, best().effect,
+                         best().location, best().probability, percent(diagnosis.closure),
+                         diagnosis.message.empty() ? "" : ": " + diagnosis.message);
     case GapOutcome::located_not_in_catalogue:
     case GapOutcome::exogenous: {
       std::string text =

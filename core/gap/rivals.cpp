@@ -14,6 +14,9 @@ constexpr double kNotSurprising = 1;  // of a parameter: without its prior it wo
 constexpr double kParameter = 1.5;    // what one more parameter has to bring, in log p
 constexpr double kFloorKnown = 1.05;  // of the floor, within which it is not told from what is left
 constexpr double kOfRemains = 0.05;   // b
+constexpr double kOneWrong = 0.2;     // prior probability that one parameter stands out
+constexpr double kWrong = 3;          // tolerances, by which it then is off
+constexpr std::array<double, 7> kNearer = {0.1, 0.15, 0.22, 0.33, 0.5, 0.7, 1};  // s, each as probable
 
 /// Stiffness and damping of all elements together, at a travel and rate.
 std::array<double, 2> slopes_at(const Plant& plant, double x, double v) {
@@ -42,6 +45,11 @@ std::string error_id(const Plant& plant, const PlantParameter& parameter) {
   return there[1] != moved_there[1] ? "damper_nonlinearity" : "stiffness_error";
 }
 
+double log_mean_exp(const Vector& x) {
+  const double most = x.maxCoeff();
+  return most + std::log((x.array() - most).exp().mean());
+}
+
 }  // namespace
 
 Vector surprises(const PlantFit& fit, Index count) {
@@ -51,6 +59,30 @@ Vector surprises(const PlantFit& fit, Index count) {
     t(i) = fit.theta(i) / left / std::sqrt(fit.covariance(i, i) / left + 1);
   }
   return t;
+}
+
+Vector standing_out(const PlantFit& fit, Index count, double colour) {
+  // The posterior's precision is what the data tell and the tolerances' own, 1.
+  const Matrix precision = fit.covariance.topLeftCorner(count, count).inverse();
+  const Matrix told = (precision - Matrix::Identity(count, count)) / colour;
+  const Vector pull = precision * fit.theta.head(count) / colour;
+  const auto log_evidence = [&](Index wrong) {
+    Vector of_scales(static_cast<Index>(kNearer.size()));
+    for (Index i = 0; i < of_scales.size(); ++i) {
+      Vector std = Vector::Constant(count, kNearer[static_cast<std::size_t>(i)]);
+      if (wrong >= 0) std(wrong) = kWrong;
+      const Matrix scaled = std.asDiagonal() * told * std.asDiagonal();
+      const Eigen::LLT<Matrix> llt(Matrix::Identity(count, count) + scaled);
+      const Vector pulled = std.cwiseProduct(pull);
+      of_scales(i) = 0.5 * pulled.dot(llt.solve(pulled)) - llt.matrixLLT().diagonal().array().log().sum();
+    }
+    return log_mean_exp(of_scales);
+  };
+  Vector log_p(count + 1);  // the last one: none
+  for (Index i = 0; i < count; ++i) log_p(i) = log_evidence(i) + std::log(kOneWrong / static_cast<double>(count));
+  log_p(count) = log_evidence(-1) + std::log(1 - kOneWrong);
+  const Vector p = (log_p.array() - log_p.maxCoeff()).exp();
+  return (p.head(count) / p.sum()).cwiseMin(kLimit);
 }
 
 std::vector<Rival> rivals_of(const std::vector<Hypothesis>& hypotheses) {
@@ -64,19 +96,21 @@ std::vector<Rival> rivals_of(const std::vector<Hypothesis>& hypotheses) {
   return rivals;
 }
 
+Rival parameter_rival(const Study& study, const Hypothesis& retuned, std::size_t i) {
+  const std::vector<PlantParameter> parameters = plant_parameters(study.nominal);
+  const auto known = std::find_if(parameters.begin(), parameters.end(),
+                                  [&](const PlantParameter& p) { return p.name == study.tolerances[i].name; });
+  const double occam = kParameter * static_cast<double>(study.tolerances.size());
+  return {error_id(study.nominal, *known), known->location, i, true, retuned.chi2, retuned.prior_chi2, -occam};
+}
+
 std::vector<Rival> parameter_rivals(const Study& study, const Hypothesis& retuned, double moved) {
   const Vector t = surprises(retuned.fit, static_cast<Index>(study.tolerances.size()));
-  const std::vector<PlantParameter> parameters = plant_parameters(study.nominal);
-  const double occam = kParameter * static_cast<double>(study.tolerances.size());
   std::vector<Rival> rivals;
   for (std::size_t i = 0; i < study.tolerances.size(); ++i) {
     if (std::abs(t(static_cast<Index>(i))) < kNotSurprising) continue;
     if (std::abs(retuned.fit.theta(static_cast<Index>(i))) < moved) continue;
-    const std::string& name = study.tolerances[i].name;
-    const auto known =
-        std::find_if(parameters.begin(), parameters.end(), [&](const PlantParameter& p) { return p.name == name; });
-    rivals.push_back(
-        {error_id(study.nominal, *known), known->location, i, true, retuned.chi2, retuned.prior_chi2, -occam});
+    rivals.push_back(parameter_rival(study, retuned, i));
   }
   tbb::parallel_for(std::size_t{0}, rivals.size(), [&](std::size_t k) {
     std::vector<FitParameter> free = study.tolerances;

@@ -18,6 +18,14 @@ inline constexpr double kLimit = 0.99;
 /// @param fit linearised   @param count leading parameters that carry tolerances
 Vector surprises(const PlantFit& fit, Index count);
 
+/// Whether one parameter stands out from the others, which may all lie well inside what their tolerances allow: the
+/// probability of each to be the one that is wrong, theta_k ~ N(0, 3^2), while all others are as near as the tolerances
+/// scaled by a common unknown s in [0.1, 1] say, theta_i ~ N(0, s^2); against none, which has 0.8 before the data are
+/// seen. By the evidence of the linearised fit, averaged over s (MacKay 1992, Neural Computation 4, 415).
+/// @param fit linearised   @param count leading parameters that carry tolerances   @param colour of the noise
+/// @return count, sum < 1
+Vector standing_out(const PlantFit& fit, Index count, double colour);
+
 /// An effect or a parameter error that may explain a gap.
 struct Rival {
   std::string effect, location;
@@ -33,8 +41,11 @@ struct Rival {
 /// One rival a hypothesis: the last of its effects.
 std::vector<Rival> rivals_of(const std::vector<Hypothesis>& hypotheses);
 
+/// Parameter `i` of the study's tolerances as a rival, with the chi2 of the re-tuned plant. `hypothesis` is i.
+Rival parameter_rival(const Study& study, const Hypothesis& retuned, std::size_t i);
+
 /// Parameters of the plant that may be out of tolerance: those whose surprise is above 1, fitted again without their
-/// prior, side by side. `hypothesis` is the number of the parameter.
+/// prior, side by side.
 /// @param moved tolerances by which re-tuning has moved it at least
 std::vector<Rival> parameter_rivals(const Study& study, const Hypothesis& retuned, double moved = 0);
 
