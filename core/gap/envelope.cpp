@@ -90,7 +90,7 @@ BeyondEnvelope beyond_envelope(const PlantFit& before, const PlantFit& after, co
   const auto pick = [](const Matrix& r, const std::vector<Index>& which) { return Matrix(r(Eigen::all, which)); };
   result.inside = closure_of(pick(r_before, columns[0]), pick(r_after, columns[0]), block, bootstrap, random);
   result.outside = closure_of(pick(r_before, columns[1]), pick(r_after, columns[1]), block, bootstrap, random);
-  result.flagged = result.outside.value < 0 || result.outside.value < result.inside.value - kWorse;
+  result.flagged = result.outside.low < 0 || result.outside.value < result.inside.value - kWorse;
   return result;
 }
 

@@ -31,7 +31,7 @@ struct BeyondEnvelope {
   double time_share = 0;              ///< of the scored samples, that lie outside or ring on from there
   std::vector<Excursion> excursions;  ///< largest first
   Closure inside, outside;            ///< NaN where there is nothing, or no gap to close
-  bool flagged = false;               ///< outside, closure is negative, or worse by more than 0.1 than inside
+  bool flagged = false;               ///< outside, closure may be negative, or is worse by more than 0.1 than inside
 };
 
 /// Closure inside and outside of what training has seen. What the sensors read rings on after an excursion; samples up

@@ -198,7 +198,8 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
   if (surprise > kWorthFreeing && (alone || at_end))
     for (Rival& parameter : parameter_rivals(c.study, c.retuned, alone ? 0 : kAtEnd)) {
       if (!alone && parameter.chi2 > (1 + kTooSmall) * c.floor_chi2()) continue;
-      fall = std::max(fall, c.retuned.chi2 - parameter.chi2);
+      const double of_priors = c.retuned.prior_chi2 - parameter.prior_chi2;
+      fall = std::max(fall, of_priors + (c.retuned.chi2 - parameter.chi2 - of_priors) / diagnosis.floor.colour);
       rivals.push_back(std::move(parameter));
     }
   if (!effect_seen && fall < kOutOfTolerance * kOutOfTolerance) {

@@ -15,8 +15,8 @@ namespace wheelhop {
 inline constexpr double kNotice = 40;
 /// Misfit - 1 below which an unexplained gap is no ground for any statement.
 inline constexpr double kTooSmall = 0.1;
-/// Surprise of a parameter from which it is out of tolerance; chi2, held-out records included, has to fall by its
-/// square once the parameter is free.
+/// Surprise of a parameter from which it is out of tolerance; chi2, held-out records included and residuals over the
+/// noise's colour, has to fall by its square once the parameter is free.
 inline constexpr double kOutOfTolerance = 3;
 /// What stands before a mass in the name of the place between it and the ground.
 inline constexpr const char* kGuide = "guide:";

@@ -12,6 +12,7 @@ namespace {
 constexpr double kOwnDoing = 0.04;   // share of an unknown signal that states explain, below which it is from outside
 constexpr double kClearly = 0.05;    // of that share, by which another place of those that enter alike explains more,
 constexpr double kRemainder = 0.25;  // or of what a place leaves unexplained, below which another one leaves less
+constexpr double kRead = 0.3;        // of that share, what a law of an element makes of its own travel at least
 constexpr double kNearly = 1.5;    // leftover over that of the best place, up to which the motion decides between them
 constexpr double kRounded = 0.15;  // share of the floor that rounding makes, from which the converter is named
 constexpr double kRoundingSeen = 0.95;  // probability of a lattice that was seen in the readings
@@ -76,6 +77,12 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
     for (const Place& place : diagnosis.places)
       if (place.leftover <= kNearly * diagnosis.places.front().leftover)
         for (const std::string& entry : entries_of(place)) weigh(place.location, entry);
+    // What the travel of an element hardly explains is not its law; something on the mass moves by itself there.
+    const auto element = [&](const std::string& name) {
+      const auto& elements = fit.plant.elements;
+      return std::any_of(elements.begin(), elements.end(), [&](const Element& e) { return e.name == name; });
+    };
+    if (guide != alike.end() && element(location) && most < kRead) location = *guide;
     if (first.starts_with(kGuide))
       for (const Element& element : fit.plant.elements)
         if (kGuide + element.from == first || kGuide + element.to == first) weigh(first, element.name);
