@@ -78,11 +78,11 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
       if (place.leftover <= kNearly * diagnosis.places.front().leftover)
         for (const std::string& entry : entries_of(place)) weigh(place.location, entry);
     // What the travel of an element hardly explains is not its law; something on the mass moves by itself there.
-    const auto element = [&](const std::string& name) {
+    const auto is_element = [&](const std::string& name) {
       const auto& elements = fit.plant.elements;
       return std::any_of(elements.begin(), elements.end(), [&](const Element& e) { return e.name == name; });
     };
-    if (guide != alike.end() && element(location) && most < kRead) location = *guide;
+    if (guide != alike.end() && is_element(location) && most < kRead) location = *guide;
     if (first.starts_with(kGuide))
       for (const Element& element : fit.plant.elements)
         if (kGuide + element.from == first || kGuide + element.to == first) weigh(first, element.name);

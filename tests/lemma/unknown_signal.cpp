@@ -140,3 +140,24 @@ TEST_CASE("the plant's own states explain a law that is missing, whatever its fo
   CHECK(explained_by_states(outside.fit, outside.records, "guide:body") < 0.3);
   CHECK(std::isnan(explained_by_states(outside.fit, outside.records, "nowhere")));
 }
+
+TEST_CASE("a stiffness that changes with time reads its own travel, as slowly or fast as it may change") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Random random = numbers(834);
+  const Matrix drive = 0.004 * smooth(1, 1, random);
+  const Run still(nominal, nominal, drive, 0.01);
+  const Eigen::RowVectorXd travel = trajectories(still.fit, still.records)[0].travel.row(0);
+  Plant pushed = nominal;
+  pushed.inputs.push_back(
+      {.name = "hidden", .kind = InputKind::force, .unit = "N", .hold_hz = 1000, .from = "wheel", .to = "body"});
+  for (const double changes_hz : {0.3, 1.0, 2.5}) {
+    CAPTURE(changes_hz);
+    Matrix both(2, drive.cols());
+    for (Index k = 0; k < drive.cols(); ++k) {
+      both(0, k) = drive(0, k);
+      both(1, k) = -6000 * std::sin(6.2832 * changes_hz * static_cast<double>(k) / 1000) * travel(k / kRatio);
+    }
+    const Run changing(nominal, pushed, both, 0.01);
+    CHECK(explained_by_states(changing.fit, changing.records, "suspension", "suspension") > 0.4);
+  }
+}
