@@ -14,11 +14,11 @@ namespace wheelhop {
 namespace {
 
 constexpr double kWindows_s[] = {0.125, 0.25, 0.5, 2};  // over which a law that changes with time stays as it is
-constexpr Index kSurrogates = 16;                // times, the signal's own among them
-constexpr double kBeyondChance = 1.2;            // of what they explain at best
-constexpr Index kMemory = 3;                     // samples back, every second
-constexpr double kRidge = 1e-6;                  // of the largest feature's power
-constexpr Index kFade = 20;                      // the twentieth at either end in which an unknown signal fades
+constexpr Index kSurrogates = 16;                       // times, the signal's own among them
+constexpr double kBeyondChance = 1.2;                   // of what they explain at best
+constexpr Index kMemory = 3;                            // samples back, every second
+constexpr double kRidge = 1e-6;                         // of the largest feature's power
+constexpr Index kFade = 20;                             // the twentieth at either end in which an unknown signal fades
 
 /// A travel or position [m], and its rate.
 struct Moved {
