@@ -97,10 +97,17 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
 
 bool name_rounding(const GapCase& c, Diagnosis& diagnosis) {
   const FitRecord& record = c.study.data.fitted.front();
+  Operation operation;
+  if (!operation_of(c.retuned.fit.plant, c.study.data.fitted, c.retuned.fit.initial_states, operation)) return false;
+  const std::vector<EffectCandidate> candidates = c.study.candidates(c.retuned.fit.plant, operation);
   for (Index j = 0; j < record.quantum.size(); ++j) {
     const double rounding = record.quantum(j) / std::sqrt(12.0);
     if (!(rounding * rounding > kRounded * diagnosis.floor.std(j) * diagnosis.floor.std(j))) continue;
     const std::string location = "sensor:" + c.study.nominal.sensors[static_cast<std::size_t>(j)].name;
+    const auto offered = [&](const EffectCandidate& candidate) {
+      return candidate.effect == "quantisation" && candidate.location == location;
+    };
+    if (std::none_of(candidates.begin(), candidates.end(), offered)) continue;
     diagnosis.outcome = GapOutcome::effect;
     correct_nothing(c, diagnosis);  // no model of the plant takes it away
     diagnosis.ambiguous_with.clear();

@@ -35,6 +35,12 @@ bool has_one_place(const Judged& judged) { return !is_none(judged) && !is_double
 /// Not of a parameter: a small one goes in the tolerances, and no gap is the right answer.
 bool must_be_seen(const Judged& judged) { return !is_none(judged) && !is_parameter(judged); }
 
+constexpr double kTwin = 0.9;
+/// With the true family out of the catalogue another one closes the true gap: no record of this drive tells them apart.
+bool twin_named(const Judged& judged) {
+  return is_left_out(judged) && !judged.flagged && judged.true_closure.value_or(0) >= kTwin;
+}
+
 /// The answer adds something to the re-tuned plant.
 bool claims_effect(const Answer& answer) { return !answer.named.empty() && answer.outcome != "parameter"; }
 
@@ -64,7 +70,9 @@ const std::vector<RateRule>& rate_rules() {
       {"parameter_in_set", "wrong parameter: in the reported set", is_parameter, [](J j) { return j.in_set; }},
       {"unknown_flagged", "off the catalogue: flagged as unknown", is_unknown, [](J j) { return j.flagged; }},
       {"unknown_located", "off the catalogue: the place is right", is_unknown, [](J j) { return j.where; }},
-      {"left_out_flagged", "family left out: flagged as unknown", is_left_out, [](J j) { return j.flagged; }},
+      {"left_out_flagged", "family left out, no twin closes the gap: flagged as unknown",
+       [](J j) { return is_left_out(j) && !twin_named(j); }, [](J j) { return j.flagged; }},
+      {"left_out_twin", "family left out: another one truly closes the gap", is_left_out, twin_named},
       {"left_out_located", "family left out: the place is right", is_left_out, [](J j) { return j.where; }},
       {"double_both_named", "two effects: both named", is_double, [](J j) { return j.all_named; }},
       {"double_first_right", "two effects: the first name is right", is_double, [](J j) { return j.first; }},

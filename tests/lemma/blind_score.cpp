@@ -161,14 +161,21 @@ TEST_CASE(
     answer["left_out"] = {"coulomb_friction"};
     write_json(folder / (name + std::string(".json")), answer);
   }
-  const std::vector<Judged> judged = judge_folder(
+  std::vector<Judged> judged = judge_folder(
       folder, {truth("flagged", {"coulomb_friction@suspension"}), truth("misled", {"coulomb_friction@suspension"})});
+  judged[1].true_closure = 0.5;
   const Group all = score_groups(judged).front();
   check(all, "left_out_flagged", 1, 2);
+  check(all, "left_out_twin", 0, 2);
   check(all, "left_out_located", 2, 2);
   check(all, "which_top1", 0, 0);
   CHECK(judged[0].fault.empty());
   CHECK_THAT(judged[1].fault, Contains("not flagged"));
+  // What closes the true gap is a twin: nothing in the records speaks against it.
+  judged[1].true_closure = 0.95;
+  const Group twins = score_groups(judged).front();
+  check(twins, "left_out_flagged", 1, 1);
+  check(twins, "left_out_twin", 1, 2);
 }
 
 TEST_CASE("Wilson's interval has the published ends") {  // Newcombe 1998, Statist. Med. 17, table I, method 3
