@@ -11,7 +11,6 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kWorthFitting = 0.25;  // of that, expected by the screen
 constexpr double kExplains = 0.6;       // closure below which no family of the catalogue fits, and
 constexpr double kSurelyNot = 0.8;      // one that lies below this with all of its interval
 constexpr double kExplainsWell = 0.9;   // closure from which only a far better place speaks against it
@@ -21,11 +20,11 @@ constexpr double kOfPlace = 4;          // what the log of that ratio counts in 
 constexpr double kHeld = 0.97;          // probability that the catalogue holds what explains a gap whole ...
 constexpr double kHeldSlope = 1.2;      // ... and what a share that stays unexplained takes from it
 constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for
+constexpr double kWorthPair = 0.1;      // and that the first must have removed: of two effects one is the larger
 constexpr double kWorthFreeing = 2;     // surprise of a parameter from which it is fitted without its tolerance
-constexpr double kStandsOut =
-    2.0 / 3;                    // probability from which one parameter among many inside their tolerances is named
-constexpr double kNotHome = 4;  // surprise from which one wrong parameter is not all that is wrong
-constexpr double kConsidered = 0.05;  // probability from which a rival is named
+constexpr double kStandsOut = 2.0 / 3;  // probability from which one parameter among nearer ones is named
+constexpr double kNotHome = 4;          // surprise from which one wrong parameter is not all that is wrong
+constexpr double kConsidered = 0.05;    // probability from which a rival is named
 // Log odds of an effect that is named, as they turned out to be: a + b log odds, and no more than those of kSurest.
 // Chosen by eye from 754 answers on five generated sets, whose probabilities in seven bins stood beside the share that
 // was right: 0.50 and 0.61, 0.63 and 0.77, 0.76 and 0.89, 0.85 and 1.00, 0.93 and 0.99, 0.96 and 0.99.
@@ -238,7 +237,8 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
     if (!rival.is_parameter) diagnosis.suspects.push_back(suspect_of(c, rival, singles[rival.hypothesis]));
   Hypothesis answer = singles[rivals.front().hypothesis];
   const double gap = c.retuned.chi2 - c.floor_chi2(), remains = answer.chi2 - c.floor_chi2();
-  if (c.options.effects > 1 && remains > std::max(kNotice * diagnosis.floor.colour, kWorthSecond * gap))
+  if (c.options.effects > 1 && remains < (1 - kWorthPair) * gap &&
+      remains > std::max(kNotice * diagnosis.floor.colour, kWorthSecond * gap))
     add_second(c, singles, rivals, changes, answer, diagnosis);
   if (diagnosis.outcome == GapOutcome::effect) {
     add_ambiguous(rivals, diagnosis);

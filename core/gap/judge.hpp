@@ -13,6 +13,8 @@ namespace wheelhop {
 
 /// Fall of chi2, over the noise's colour, from which an effect is more than chance.
 inline constexpr double kNotice = 40;
+/// Of a fall of chi2 that an effect has to bring, what the screen must expect of the best for any to be fitted.
+inline constexpr double kWorthFitting = 0.25;
 /// Misfit - 1 below which an unexplained gap is no ground for any statement.
 inline constexpr double kTooSmall = 0.1;
 /// Surprise of a parameter from which it is out of tolerance; chi2, held-out records included and residuals over the

@@ -27,8 +27,10 @@ std::vector<Hypothesis> pairs(const GapCase& c, std::vector<Hypothesis>& singles
     base.held_out =
         fit_plant(first.fit.plant, {}, c.study.data.held_out, c.study.solvers.quick, {2, &c.retuned.held_out});
     if (base.held_out.error.empty()) continue;
+    const double least = kWorthFitting * kSecond * (first.chi2 - c.floor_chi2());
     for (Hypothesis& pair :
-         extend(c.study, base, {.shortlist = 5, .worth = 0.2, .polished = 1, .without = rivals[i].name()}, changes))
+         extend(c.study, base,
+                {.shortlist = 5, .worth = 0.2, .least = least, .polished = 1, .without = rivals[i].name()}, changes))
       all.push_back(std::move(pair));
   }
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.chi2 < b.chi2; });
