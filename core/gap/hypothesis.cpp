@@ -36,8 +36,6 @@ GapStage stage_of(const Study& study, const PlantFit& run) {
 // Far from the plant as delivered a fit of all parameters first loses itself in what the data hardly tell.
 constexpr Index kPatient = 4;
 constexpr Index kQuickIterations = 8;
-constexpr Index kFirstIterations = 3;  // of these, before the fits are held against each other
-constexpr double kWorthTheRest = 0.5;  // of the best one's fall of chi2, below which a fit ends there
 constexpr double kNear = 0.15;  // of the fall of chi2, by which a quick fit may lie behind the best and be fitted on
 
 /// Fits from `hypothesis.start` and scores; false where a simulation failed, of the held-out records as well.
@@ -76,7 +74,7 @@ double cost_of_start(const Study& study, const Hypothesis& base, const Plant& st
   return sum + residual.squaredNorm();
 }
 
-/// The first steps of a quick fit with the new strength as screened.
+/// One quick fit with the new strength as screened.
 bool fit_candidate(const Study& study, const Hypothesis& base, EffectCandidate candidate, const Screened& screened,
                    Hypothesis& out) {
   out.effects = base.effects;
@@ -102,7 +100,7 @@ bool fit_candidate(const Study& study, const Hypothesis& base, EffectCandidate c
   const auto fit_with = [&](const Vector& first, Hypothesis& fitted) {
     Vector theta = Vector::Zero(static_cast<Index>(fitted.parameters.size()));
     theta.head(known) = first;
-    return complete(study, study.solvers.quick, {kFirstIterations, &base.fit, false, theta},
+    return complete(study, study.solvers.quick, {kQuickIterations, &base.fit, false, theta},
                     {kQuickIterations, &base.held_out, false}, fitted);
   };
   Hypothesis other = out;
@@ -158,14 +156,13 @@ bool added(const Plant& nominal, const Plant& plant, const std::string& location
                      named);
 }
 
-/// A fit is fitted on, and replaced if that is better.
-void fit_on(const Study& study, const Solver& solver, Index iterations, const Hypothesis& base,
-            Hypothesis& hypothesis) {
+/// A quick fit is fitted on to the end, and replaced if that is better.
+void polish(const Study& study, const Hypothesis& base, Hypothesis& hypothesis) {
   if (hypothesis.parameters.size() == base.parameters.size()) return;  // nothing was fitted beyond the base
   if (!linearise(hypothesis.fit, hypothesis.parameters, study.data.fitted)) return;
   Hypothesis longer = hypothesis;
-  if (!complete(study, solver, {iterations, &hypothesis.fit, false, hypothesis.fit.theta},
-                {iterations, &base.held_out, false}, longer) ||
+  if (!complete(study, study.solvers.thorough, {study.iterations, &hypothesis.fit, false, hypothesis.fit.theta},
+                {study.iterations, &base.held_out, false}, longer) ||
       longer.chi2 >= hypothesis.chi2)
     return;
   longer.plausibility = base.plausibility + log_plausibility(longer.effects.back(), longer.fit.plant);
@@ -253,14 +250,6 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
   tbb::parallel_for(std::size_t{0}, shortlist.size(), [&](std::size_t i) {
     done[i] = fit_candidate(study, base, candidates[shortlist[i].candidate], shortlist[i], fits[i]);
   });
-  double least = base.chi2;
-  for (std::size_t i = 0; i < fits.size(); ++i)
-    if (done[i]) least = std::min(least, fits[i].chi2);
-  tbb::parallel_for(std::size_t{0}, fits.size(), [&](std::size_t i) {
-    if (!done[i] || fits[i].fit.solution.iterations < kFirstIterations) return;
-    if (base.chi2 - fits[i].chi2 < kWorthTheRest * (base.chi2 - least)) return;
-    fit_on(study, study.solvers.quick, kQuickIterations - kFirstIterations, base, fits[i]);
-  });
   std::vector<Hypothesis> list;
   for (std::size_t i = 0; i < fits.size(); ++i)
     if (done[i]) list.push_back(std::move(fits[i]));
@@ -274,9 +263,7 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
   for (std::size_t i = 0; i < near; ++i)
     if (std::none_of(worth.begin(), worth.end(), [&](std::size_t better) { return twins(list[better], list[i]); }))
       worth.push_back(i);
-  tbb::parallel_for(std::size_t{0}, worth.size(), [&](std::size_t k) {
-    fit_on(study, study.solvers.thorough, study.iterations, base, list[worth[k]]);
-  });
+  tbb::parallel_for(std::size_t{0}, worth.size(), [&](std::size_t k) { polish(study, base, list[worth[k]]); });
   std::stable_sort(list.begin(), list.end(), by_chi2);
   share_solutions(base, list);
   return list;
