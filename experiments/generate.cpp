@@ -21,7 +21,7 @@ namespace wheelhop {
 namespace {
 
 /// The drive of one group of records; no entry = the input stays at zero.
-struct Group {
+struct DriveGroup {
   std::string role;
   double duration_s = 0;
   Index repeats = 1;
@@ -35,7 +35,7 @@ struct Config {
   std::optional<double> noise_snr_db;
   double settle_s = 2;
   bool from_equilibrium = true;
-  std::vector<Group> groups;
+  std::vector<DriveGroup> groups;
 };
 
 Plant read_plant(const JsonCursor& cursor) {
@@ -43,8 +43,8 @@ Plant read_plant(const JsonCursor& cursor) {
   return load_plant(cursor.directory() / cursor.string());
 }
 
-Group read_group(const JsonCursor& cursor, const Config& config) {
-  Group group;
+DriveGroup read_group(const JsonCursor& cursor, const Config& config) {
+  DriveGroup group;
   group.role = cursor.at("role").one_of({"estimation", "validation"});
   const JsonCursor duration = cursor.at("duration_s");
   group.duration_s = duration.number({.low = 0, .high = 1e6});
@@ -100,7 +100,7 @@ Json effective(const Config& config) {
       {"realisation", config.realisation}, {"noise_snr_db", config.noise_snr_db ? Json(*config.noise_snr_db) : Json()},
       {"settle_s", config.settle_s},       {"start", config.from_equilibrium ? "equilibrium" : "zero"},
       {"substeps", config.substeps},       {"records", Json::array()}};
-  for (const Group& group : config.groups) {
+  for (const DriveGroup& group : config.groups) {
     Json drives = Json::object();
     for (const auto& [input, options] : group.drives)
       drives[config.plant.inputs[static_cast<std::size_t>(input)].name] = to_json(options);
@@ -118,7 +118,7 @@ struct GroupDrive {
 };
 
 GroupDrive make_group_drive(const Config& config, std::size_t group_index, Index lead) {
-  const Group& group = config.groups[group_index];
+  const DriveGroup& group = config.groups[group_index];
   const double hold_hz = config.plant.hold_hz();
   const Index samples = std::llround(group.duration_s * config.sampling_hz) *
                         hold_samples_per_record_sample(config.plant, config.sampling_hz);
@@ -156,7 +156,7 @@ int run_generate(const GenerateRequest& request) {
   Vector noise_power = Vector::Zero(config.plant.sensor_count());
   std::map<std::string, int> numbers;  // files of each role so far
   for (std::size_t g = 0; g < config.groups.size(); ++g) {
-    const Group& group = config.groups[g];
+    const DriveGroup& group = config.groups[g];
     if (!request.quiet)
       std::fprintf(stderr, "record %zu of %zu (%s, %g s)\n", g + 1, config.groups.size(), group.role.c_str(),
                    group.duration_s);

@@ -16,10 +16,8 @@ namespace wheelhop {
 namespace {
 
 constexpr Index kIterations = 12;
-constexpr double kGap = 0.1;  // misfit - 1, below which shares say nothing
-constexpr int kSteps = 6;
-constexpr double kWorthwhile = 0.98;  // of a misfit, above which another step does not pay
-constexpr double kRidge = 1e-5;       // of the mean response of a Newton, in power
+constexpr double kGap = 0.1;          // misfit - 1, below which shares say nothing
+constexpr double kForceRidge = 1e-5;  // of the mean response of a Newton, in power
 
 /// (I - g g^+) z up to `band_hz`. @param r p x K @param sample_time_s of the record
 Matrix without_response(const LinearPlant& linear, ConstVectorRef noise_std, ConstMatrixRef r, double sample_time_s,
@@ -130,7 +128,7 @@ void fit_weights(const LinearPlant& linear, const PlantFit& trained, const std::
     rows += length;
   }
   // What hardly shows in the outputs (a constant force, to accelerometers) is not to grow for it.
-  const double ridge = kRidge * columns.squaredNorm() / gram.trace();
+  const double ridge = kForceRidge * columns.squaredNorm() / gram.trace();
   columns.bottomRows(count) = std::sqrt(ridge) * Eigen::LLT<Matrix>(gram).matrixU().toDenseMatrix();
   const auto left_by = [&](const Vector& weights) {
     ScaledMap trial = map;
@@ -140,7 +138,7 @@ void fit_weights(const LinearPlant& linear, const PlantFit& trained, const std::
   Vector tried = map.weights, error(columns.rows());
   map.weights.setZero();
   double best = std::numeric_limits<double>::infinity();
-  for (int step = 0; step <= kSteps; ++step) {
+  for (int step = 0; step <= kReconstructions; ++step) {
     const std::vector<Matrix> r = left_by(tried);
     const double misfit = inner_misfit(r);
     if (!(misfit < kWorthwhile * best)) break;

@@ -9,12 +9,6 @@
 #include "core/gap/trajectory.hpp"
 
 namespace wheelhop {
-namespace {
-
-constexpr int kSteps = 6;
-constexpr double kWorthwhile = 0.98;  // of a misfit, above which another step does not pay
-
-}  // namespace
 
 ForcedPlant force_at(const PlantFit& fit, const std::vector<FitRecord>& records, const std::string& location,
                      const std::vector<Vector>& forces) {
@@ -79,7 +73,7 @@ ForceReconstruction reconstruct_force(const PlantFit& fit, const std::vector<Fit
   ForceReconstruction best;
   PlantFit rest = fit;
   double misfit = std::numeric_limits<double>::infinity();
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kReconstructions; ++step) {
     std::vector<Vector> forces;
     for (std::size_t i = 0; i < records.size(); ++i) {
       const UnknownSignal signal = unknown_signal(rest, records, i, location);

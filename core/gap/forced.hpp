@@ -9,6 +9,11 @@
 
 namespace wheelhop {
 
+/// Times that a reconstruction is repeated at most ...
+inline constexpr int kReconstructions = 6;
+/// ... and what of a misfit it may leave for another one to pay.
+inline constexpr double kWorthwhile = 0.98;
+
 /// A plant on which a force acts at a place. Its last element, of no stiffness, moves as the place does.
 struct ForcedPlant {
   PlantFit fit;                    ///< plant and initial states alone

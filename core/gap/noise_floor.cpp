@@ -19,13 +19,13 @@ constexpr Index kErrorBlocks = 20;      // of time, whose scatter tells the erro
 constexpr double kEstimateError = 0.1;  // of the power that the quiet end tells
 constexpr double kSameDrive = 0.05;     // repeats whose measured inputs differ by more are repeats of something else
 
-using Group = std::vector<const Record*>;
+using Repeats = std::vector<const Record*>;
 
 /// Records by role and `repeat_of`, in the order of the file.
-std::vector<Group> groups_of(const RecordSet& set) {
-  std::vector<Group> groups;
+std::vector<Repeats> groups_of(const RecordSet& set) {
+  std::vector<Repeats> groups;
   for (const Record& record : set.records) {
-    const auto same = [&](const Group& group) {
+    const auto same = [&](const Repeats& group) {
       return !record.repeat_of.empty() && group.front()->repeat_of == record.repeat_of &&
              group.front()->role == record.role;
     };
@@ -38,13 +38,13 @@ std::vector<Group> groups_of(const RecordSet& set) {
   return groups;
 }
 
-Matrix mean_outputs(const Group& group) {
+Matrix mean_outputs(const Repeats& group) {
   Matrix mean = group.front()->signal.y;
   for (std::size_t r = 1; r < group.size(); ++r) mean += group[r]->signal.y;
   return mean / static_cast<double>(group.size());
 }
 
-void check_repeats(const Group& group) {
+void check_repeats(const Repeats& group) {
   const Record& first = *group.front();
   for (const Record* other : group) {
     if (other->signal.samples() != first.signal.samples())
@@ -93,9 +93,9 @@ double colour_of(const Matrix& noise) {
 }
 
 /// Standard error of the mean of |noise / std|^2 over channels and groups.
-double error_of_power(const std::vector<Group>& groups, ConstVectorRef std) {
+double error_of_power(const std::vector<Repeats>& groups, ConstVectorRef std) {
   std::vector<double> powers;
-  for (const Group& group : groups) {
+  for (const Repeats& group : groups) {
     const Matrix mean = mean_outputs(group);
     const Index block = mean.cols() / kErrorBlocks;
     if (group.size() < 2 || block == 0) continue;
@@ -126,7 +126,7 @@ std::string to_string(FloorSource source) {
 
 std::vector<Measured> merge_repeats(const RecordSet& set) {
   std::vector<Measured> merged;
-  for (const Group& group : groups_of(set)) {
+  for (const Repeats& group : groups_of(set)) {
     check_repeats(group);
     const Record& first = *group.front();
     Measured measured{group.size() > 1 ? first.repeat_of : first.file, first.role, first.signal,
@@ -144,8 +144,8 @@ NoiseFloor noise_floor(const RecordSet& set) {
   const Index p = static_cast<Index>(outputs.size());
   NoiseFloor floor;
   Vector within = Vector::Zero(p);
-  const std::vector<Group> groups = groups_of(set);
-  for (const Group& group : groups) {
+  const std::vector<Repeats> groups = groups_of(set);
+  for (const Repeats& group : groups) {
     if (group.size() < 2) continue;
     check_repeats(group);
     const Matrix mean = mean_outputs(group);

@@ -21,16 +21,16 @@ constexpr double kAssumedNoise = 0.01;  // of the RMS of an output
 constexpr double kComparable = 0.5;     // share of the best form's size from which a form counts in comparisons
 
 /// The forms of one effect at one place.
-struct Group {
+struct Forms {
   std::string effect, location;
   std::vector<std::size_t> candidates;
 };
 
-std::vector<Group> groups_of(const std::vector<EffectCandidate>& candidates) {
-  std::vector<Group> groups;
+std::vector<Forms> groups_of(const std::vector<EffectCandidate>& candidates) {
+  std::vector<Forms> groups;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const std::string& location = candidates[i].location;
-    const auto same = [&](const Group& group) {
+    const auto same = [&](const Forms& group) {
       return group.effect == candidates[i].effect && group.location == location;
     };
     auto found = std::find_if(groups.begin(), groups.end(), same);
@@ -40,14 +40,14 @@ std::vector<Group> groups_of(const std::vector<EffectCandidate>& candidates) {
   return groups;
 }
 
-PlanView view_of(std::string name, const std::vector<Group>& groups, const std::vector<EffectCandidate>& candidates,
+PlanView view_of(std::string name, const std::vector<Forms>& groups, const std::vector<EffectCandidate>& candidates,
                  const Visibility& seen) {
   PlanView view;
   view.name = std::move(name);
   view.parameter_std = seen.parameter_std;
   view.parameter_cosine = seen.parameter_cosine;
   const auto size = [&](std::size_t candidate) { return seen.size(static_cast<Index>(candidate)); };
-  for (const Group& group : groups) {
+  for (const Forms& group : groups) {
     PlannedEffect best{group.effect, group.location, "", std::numeric_limits<double>::quiet_NaN()};
     for (const std::size_t c : group.candidates)
       if (!(size(c) <= best.size_sigma) && std::isfinite(size(c))) {
@@ -182,7 +182,7 @@ Plan plan_test(const Plant& plant, const std::vector<FitRecord>& records, Index 
                const std::vector<EffectCandidate>& candidates, const PlanOptions& options, const PlanStep& step) {
   Plan plan;
   for (const FitParameter& parameter : tolerance_parameters(plant)) plan.parameters.push_back(parameter.name);
-  const std::vector<Group> groups = groups_of(candidates);
+  const std::vector<Forms> groups = groups_of(candidates);
   const Index own = plant.sensor_count();
   const auto say = [&](const std::string& what) {
     if (step) step(what);

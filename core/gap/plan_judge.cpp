@@ -7,7 +7,7 @@ namespace wheelhop {
 namespace {
 
 constexpr double kCorrelated = 0.9;
-constexpr double kWorthwhile = 1.5;  // growth of 1 - cosine^2 that is worth another test
+constexpr double kWorthTest = 1.5;  // growth of 1 - cosine^2 that is worth another test
 
 double at(const Matrix& M, std::size_t i, std::size_t j) { return M(static_cast<Index>(i), static_cast<Index>(j)); }
 
@@ -37,7 +37,7 @@ bool shows(const PlanView& view, std::size_t effect) { return view.effects[effec
 bool tells_better(const PlanView& view, const PlanView& planned, std::size_t a, std::size_t b) {
   if (!view.message.empty() || !shows(view, a) || !shows(view, b)) return false;
   const double cosine = at(view.cosine, a, b), before = at(planned.cosine, a, b);
-  return left_sigma(view, a, b) >= marginal_sigma && 1 - cosine * cosine > kWorthwhile * (1 - before * before);
+  return left_sigma(view, a, b) >= marginal_sigma && 1 - cosine * cosine > kWorthTest * (1 - before * before);
 }
 
 PlanItem judged(PlanView view, const PlanView& planned, const std::vector<PlanPair>& pairs) {

@@ -22,10 +22,8 @@ namespace {
 /// Step of the differences, in scales: a tolerance or a typical state is about one, and laws bend within it.
 constexpr double kStep = 1e-4;
 constexpr double kRounding = 1e-9;  // of a scale
-constexpr Index kSubsteps = 4;  // at most: a candidate with a stiffer law than that is a candidate with a bad parameter
-constexpr double kStateSpread =
-    3;                           // prior of an initial state around rest, in RMS values of the states under the drive
-constexpr Index kVisited = 100;  // operating points a record
+constexpr Index kVisited = 100;     // operating points a record
+constexpr Index kLong = 8;          // blocks
 constexpr std::size_t kGroups = 4;  // of the columns of a Jacobian: each group simulates the plant once more
 constexpr double kForgotten = 14;   // e-folds after which an initial state counts as forgotten
 
@@ -345,6 +343,10 @@ FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef we
   record.skip = signal.skip;
   record.weight_std = weight_std;
   return record;
+}
+
+Index judged_from(const FitRecord& record, Index block) {
+  return record.y.cols() >= record.skip + kLong * block ? record.skip + block : record.skip;
 }
 
 std::unique_ptr<ResidualProblem> plant_problem(const Plant& plant, const std::vector<FitParameter>& parameters,

@@ -13,6 +13,10 @@ namespace wheelhop {
 
 /// Standard deviations of its prior that a parameter may move.
 inline constexpr double kFarthest = 15;
+/// Steps of the integrator in a hold interval, at most: a candidate with a stiffer law has a bad parameter.
+inline constexpr Index kSubsteps = 4;
+/// Prior of an initial state around rest, in RMS values of the states under the drive.
+inline constexpr double kStateSpread = 3;
 /// Tolerances from which a parameter has stopped there.
 inline constexpr double kAtEnd = 0.99 * kFarthest;
 
@@ -44,6 +48,11 @@ Vector whole_state(const Plant& plant, const Vector& state);
 /// @param weight_std p, the record's noise floor (for a mean of R repeats that of one over sqrt(R))
 /// UserError as drive_of_record and hold_samples_per_record_sample.
 FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std);
+
+/// First sample of a record that says how well a plant does: the first block of a long record does not. Memories of
+/// laws and the masses of an effect start at rest there although the rig was moving, and no fit finds their states.
+/// @param block samples; of a record of fewer than eight blocks all count
+Index judged_from(const FitRecord& record, Index block);
 
 /// r = (yhat_k - y_k) ./ weight_std over all records, readings not rounded (rounding has no derivative). theta: the
 /// parameters in units of their scale, then the initial state [q; v] of each record in units of `state_scale`.

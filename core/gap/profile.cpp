@@ -14,7 +14,7 @@ namespace {
 constexpr double kNeighbours = 1.5, kApart = 4;  // ratios of modes
 constexpr double kLinesInNarrowest = 4;          // of Welch's spectrum, in the lowest band
 constexpr double kNextToNothing = 1.1;           // misfit
-constexpr double kStandsOut = 1.5, kOfNote = 0.1;
+constexpr double kCrowded = 1.5, kOfNote = 0.1;
 /// Bins of a variable: tenths of the time, the ends finer, where stops and lift-off are.
 constexpr double kQuantiles[] = {0, 0.02, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.98, 1};
 
@@ -208,7 +208,7 @@ std::vector<RegionShare> standing_out(const GapProfile& profile, std::size_t cou
   std::vector<RegionShare> all;
   if (!has_gap(profile)) return all;
   for (const RegionShare& region : profile.regions)
-    if (region.share >= kOfNote && region.share >= kStandsOut * region.time_share) all.push_back(region);
+    if (region.share >= kOfNote && region.share >= kCrowded * region.time_share) all.push_back(region);
   const auto weight = [](const RegionShare& r) { return r.share * std::log(r.share / r.time_share); };
   std::stable_sort(all.begin(), all.end(),
                    [&](const RegionShare& a, const RegionShare& b) { return weight(a) > weight(b); });

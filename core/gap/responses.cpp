@@ -15,9 +15,7 @@
 namespace wheelhop {
 namespace {
 
-constexpr Index kSubsteps = 4;        // as in fits, so that the base residual is zero
-constexpr double kStateSpread = 3;    // prior of an initial state, in RMS values, as in fits
-constexpr double kIndistinct = 1e-9;  // share of a column below which what is left of it is round-off
+constexpr double kRoundOff = 1e-9;  // share of a column, below which what is left of it is none
 
 /// The columns of one record: parameters, its own initial state, candidates.
 /// @param ran set to 0 where a candidate fails
@@ -119,7 +117,7 @@ Visibility visibility(const Responses& responses, const std::vector<Index>& sens
   out.cosine = Matrix::Identity(effects, effects);
   Vector length(effects);
   for (Index i = 0; i < effects; ++i) {
-    const bool something = left(i, i) > kIndistinct * whole(i, i);
+    const bool something = left(i, i) > kRoundOff * whole(i, i);
     length(i) = something ? std::sqrt(left(i, i)) : 0;
     out.size(i) = length(i) / std::sqrt(static_cast<double>(responses.samples * divisor));
     if (!responses.ran[static_cast<std::size_t>(i)]) out.size(i) = std::numeric_limits<double>::quiet_NaN();

@@ -7,8 +7,6 @@
 namespace wheelhop {
 namespace {
 
-constexpr Index kSubsteps = 4;  // at most, as the fits
-
 /// Travel of every element = from_masses q + from_drives u; the rates likewise.
 struct TravelMap {
   Matrix from_masses, from_drives;

@@ -17,7 +17,7 @@ constexpr double kWindows_s[] = {0.125, 0.25, 0.5, 2};  // over which a law that
 constexpr Index kSurrogates = 16;                       // times, the signal's own among them
 constexpr double kBeyondChance = 1.2;                   // of what they explain at best
 constexpr Index kMemory = 3;                            // samples back, every second
-constexpr double kRidge = 1e-6;                         // of the largest feature's power
+constexpr double kFeatureRidge = 1e-6;                  // of the largest feature's power
 constexpr Index kFade = 20;                             // the twentieth at either end in which an unknown signal fades
 
 /// A travel or position [m], and its rate.
@@ -135,7 +135,7 @@ double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& re
     const Vector a = signal.value.segment(first, half), b = signal.value.segment(first + half, half);
     locally = std::max(locally, explained_locally(signal.value, moved, sampling_hz));
     Matrix H = A * A.transpose();
-    H.diagonal().array() += kRidge * H.diagonal().maxCoeff();
+    H.diagonal().array() += kFeatureRidge * H.diagonal().maxCoeff();
     const Vector weights = H.ldlt().solve(A * a);
     const double noise = static_cast<double>(half) * signal.noise_rms * signal.noise_rms;
     power += std::max(b.squaredNorm() - noise, 0.0);

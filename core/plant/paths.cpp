@@ -1,5 +1,6 @@
 #include "core/plant/paths.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>

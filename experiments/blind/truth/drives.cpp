@@ -1,12 +1,9 @@
 #include "experiments/blind/truth/drives.hpp"
 
 #include <cmath>
-#include <numbers>
 
 namespace wheelhop::blind {
 namespace {
-
-constexpr double two_pi = 2 * std::numbers::pi;
 
 /// Lines of a drive without period: one in each of so many intervals a hertz.
 constexpr double lines_per_hz = 16;

@@ -3,12 +3,15 @@
 /// exactly where a sampled command would have to be interpolated, and going on before and after any record.
 #pragma once
 
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "core/base/random.hpp"
 
 namespace wheelhop::blind {
+
+inline constexpr double two_pi = 2 * std::numbers::pi;
 
 struct Cosine {
   double amplitude = 0, frequency_hz = 0, phase = 0;

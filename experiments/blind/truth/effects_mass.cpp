@@ -1,14 +1,11 @@
 // Effects on masses.
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "experiments/blind/truth/effects.hpp"
 
 namespace wheelhop::blind {
 namespace {
-
-constexpr double two_pi = 2 * std::numbers::pi;
 
 /// A small mass on a spring and damper of its own.
 struct Resonator final : Attachment {

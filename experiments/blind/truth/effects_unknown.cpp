@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "experiments/blind/truth/effects.hpp"
 
 namespace wheelhop::blind {
 namespace {
-
-constexpr double two_pi = 2 * std::numbers::pi;
 
 /// A magnet that lets go: negative stiffness about the middle, nothing far from it.
 struct MagnetSnap final : Attachment {

@@ -1,14 +1,11 @@
 // Effects on masses that no family of the diagnosis is meant to hold.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "experiments/blind/truth/effects.hpp"
 
 namespace wheelhop::blind {
 namespace {
-
-constexpr double two_pi = 2 * std::numbers::pi;
 
 /// Drag of the air: c v |v| against ground.
 struct Drag final : Attachment {
