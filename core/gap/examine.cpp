@@ -35,24 +35,26 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
     out.names = fitted_names;
   }
   const Index block = std::max<Index>(1, std::llround(options.block_s * set.sampling_hz));
+  const std::vector<FitRecord> whole = out.records;  // what is fitted; the start is not judged
+  for (FitRecord& record : out.records) record.skip = judged_from(record, block);
   ProfileOptions bands;
   bands.band_edges_hz = band_edges(plants[0], set.sampling_hz / 2);
   if (floor.source == FloorSource::repeats) bands.noise_shares = noise_shares(set, bands.band_edges_hz);
   const FitOptions states_alone{.iterations = options.iterations, .linearise = false};
   tbb::parallel_for(std::size_t{0}, plants.size(), [&](std::size_t s) {
     StageExamination& stage = out.stages[s];
-    stage.fit = fit_plant(plants[s], {}, out.records, solver, states_alone);
+    stage.fit = fit_plant(plants[s], {}, whole, solver, states_alone);
     stage.ran = stage.fit.error.size() == out.records.size();
     if (!stage.ran) return;
     stage.motion = trajectories(stage.fit, out.records);
     stage.profile = profile(stage.fit, out.records, stage.motion, bands);
     stage.repeats = repeatability(stage.fit, out.records, floor);
     stage.drift = drift(stage.fit, out.records, block);
-    stage.lines = line_split(stage.fit, out.records);
+    stage.lines = line_split(stage.fit, whole);
   });
   const auto reconstruct = [&] {
     if (place.empty()) return;
-    const std::vector<FitRecord> first = {out.records.front()};
+    const std::vector<FitRecord> first = {whole.front()};
     const PlantFit fit = fit_plant(bare, {}, first, solver, states_alone);
     if (fit.error.empty()) return;
     out.unknown = unknown_signal(fit, first, 0, place);
@@ -63,8 +65,8 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
     if (options.ceiling.empty() || !out.stages[1].ran) return;
     std::vector<Plant> missing = {bare};
     if (to_json(bare) != to_json(plants[1])) missing.push_back(plants[1]);
-    out.ceiling = ceiling_at(missing, fitted.empty() ? out.records : fitted, out.records, options.ceiling,
-                             out.stages[1].fit, {*options.map, *options.map_solver, solver}, bands, random);
+    out.ceiling = ceiling_at(missing, fitted.empty() ? whole : fitted, whole, options.ceiling, out.stages[1].fit,
+                             {*options.map, *options.map_solver, solver}, bands, random);
   };
   const bool asks_beyond = out.held_out && !fitted.empty() && out.stages[1].ran && out.stages[2].ran;
   PlantFit training;

@@ -15,20 +15,24 @@ namespace {
 
 GapStage stage_of(const Study& study, const PlantFit& run) {
   GapStage stage;
-  stage.misfit = run.misfit;
   const Index p = run.plant.sensor_count();
   Vector error_power = Vector::Zero(p), power = error_power;
+  double squares = 0, count = 0;
   std::vector<double> blocks;
   for (std::size_t i = 0; i < run.error.size(); ++i) {
     const FitRecord& record = study.data.held_out[i];
-    const Index kept = record.y.cols() - record.skip;
+    const Index kept = record.y.cols() - judged_from(record, study.data.block);
     const Matrix error = run.error[i].rightCols(kept);
     error_power += error.rowwise().squaredNorm();
     power += record.y.rightCols(kept).rowwise().squaredNorm();
-    const Vector own = block_misfits(record.weight_std.cwiseInverse().asDiagonal() * error, study.data.block);
+    const Matrix r = record.weight_std.cwiseInverse().asDiagonal() * error;
+    squares += r.squaredNorm();
+    count += static_cast<double>(r.size());
+    const Vector own = block_misfits(r, study.data.block);
     blocks.insert(blocks.end(), own.begin(), own.end());
   }
   stage.blocks = Eigen::Map<Vector>(blocks.data(), static_cast<Index>(blocks.size()));
+  stage.misfit = squares / count;
   for (Index i = 0; i < p; ++i) stage.nrmse.push_back(std::sqrt(error_power(i) / power(i)));
   return stage;
 }

@@ -26,7 +26,7 @@ struct GapData {
 /// UserError if a record is shorter than four blocks, or none has the role "estimation".
 GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& floor, double block_s);
 
-/// A stage of the plant on the held-out records: as delivered, re-tuned, with the effect.
+/// A stage of the plant on the held-out records, from `judged_from` on: as delivered, re-tuned, with the effect.
 struct GapStage {
   double misfit = 0;          ///< mean r^2, 1 at the floor; infinite where the plant does not follow the drive
   std::vector<double> nrmse;  ///< p, RMS of the error over RMS of the record

@@ -6,6 +6,7 @@
 #include "core/gap/rivals.hpp"
 #include "core/plant/dataset.hpp"
 #include "tests/support/plants.hpp"
+#include "tests/support/systems.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
 #include "variants/table.hpp"
 
@@ -48,4 +49,38 @@ TEST_CASE("a plant that cannot follow the held-out drive alone has no finite chi
   const std::vector<Rival> rivals = parameter_rivals(study, good, 0);
   REQUIRE(!rivals.empty());
   for (const Rival& rival : rivals) CHECK(rival.chi2 >= good.chi2);
+}
+
+TEST_CASE("a memory that was at work before a record began is no gap, and no short record is cut for it") {
+  Plant plant = plant_from(quarter_car_text);
+  plant.inputs[0].interpolation = "zoh";
+  plant.elements[0].laws.push_back({find_law("maxwell_branch"), {2e4, 0.3}});
+  const Index ratio = 5, lead = 4000, samples = 4000, block = 400;
+  Random random = numbers(631);
+  RecordSet set;
+  set.sampling_hz = plant.hold_hz() / static_cast<double>(ratio);
+  for (const char* role : {"estimation", "validation"}) {
+    Matrix drive = Matrix::Zero(1, (lead + samples) * ratio);
+    for (Index k = ratio; k < drive.cols(); ++k)  // held over a sample of the record
+      drive(0, k) = k % ratio == 0 ? 0.98 * drive(0, k - 1) + 1e-3 * random.normal() : drive(0, k - 1);
+    GeneratedRecord made = generate_record(plant, drive, set.sampling_hz);
+    REQUIRE(made.status == Status::ok);
+    made.signal.u = made.signal.u.rightCols(samples).eval();
+    made.signal.y = made.signal.y.rightCols(samples).eval();
+    set.records.push_back({role, role, "", 0, made.signal});
+  }
+  for (Index i = 0; i < plant.sensor_count(); ++i)
+    set.noise_std[plant.sensors[static_cast<std::size_t>(i)].name] = 1e-4 * set.records[0].signal.y.row(i).norm();
+  const auto solver = make_levenberg_marquardt({});
+  GapData data = gap_data(plant, set, noise_floor(set), static_cast<double>(block) / set.sampling_hz);
+  const GapSolvers solvers{*solver, *solver, *solver};
+  const CandidateList candidates = effect_candidates;
+  const Study study{plant, data, solvers, candidates, {}};
+  const Hypothesis truth = fit_hypothesis(study, plant, {});
+  REQUIRE_FALSE(truth.fit.error.empty());
+  CHECK(truth.stage.blocks.size() == samples / block - 1);
+  CHECK(truth.stage.misfit < 0.1 * truth.held_out.misfit);
+  FitRecord record = data.held_out.front();
+  CHECK(judged_from(record, block) == block);
+  CHECK(judged_from(record, samples / 7) == 0);
 }
