@@ -10,7 +10,8 @@
 
 namespace wheelhop::scoring {
 
-/// Mean of (yhat - y)^2 over floor^2 on records without noise, 0 for the truth itself; initial states are fitted.
+/// Mean of (yhat - y)^2 over floor^2 on records without noise, 0 for the truth itself; initial states are fitted. The
+/// first eighth of a record does not count: where a law jumps, no fit finds the state in which the record began.
 /// Infinity where a simulation fails. @param floor p, standard deviation of the noise in the blind records
 double noise_free_misfit(const Plant& plant, const std::vector<const Record*>& records, ConstVectorRef floor);
 

@@ -245,6 +245,22 @@ TEST_CASE("the true closure is 1 for the truth, 0 for the re-tuned plant, and is
   CHECK(judged.true_closure.value() == Approx(0).margin(1e-6));
 }
 
+TEST_CASE("the truth leaves nothing of itself, however its record began, also where a law jumps") {
+  Plant plant = plant_from(one_mass_text);
+  plant.sensors.resize(1);
+  plant.elements[0].laws.push_back({.kind = find_law("cavitating_damper"), .values = {3.5, 2e-4, 1, 30}});
+  Random random = numbers(621);
+  GeneratedRecord made = generate_record(plant, 3 * random.normal(1, 9000), 500);
+  REQUIRE(made.status == Status::ok);
+  Record record{"val_long.csv", "validation", "", 0, made.signal};
+  record.signal.u = made.signal.u.rightCols(8000).eval();  // in the middle of its motion
+  record.signal.y = made.signal.y.rightCols(8000).eval();
+  const Vector floor = Vector::Constant(1, 0.01 * std::sqrt(record.signal.y.squaredNorm() / 8000));
+  Plant without = plant;
+  without.elements[0].laws.pop_back();
+  CHECK(noise_free_misfit(plant, {&record}, floor) < 0.01 * noise_free_misfit(without, {&record}, floor));
+}
+
 TEST_CASE("the score file is the same for the same answers, and wrong keys are refused at their place") {
   const Folder folder, answers;
   say(answers, "a", {{"coulomb_friction@suspension"}});
