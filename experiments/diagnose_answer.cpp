@@ -100,8 +100,9 @@ void print(const Diagnosis& diagnosis, const Placebo* placebo) {
   if (placebo != nullptr) print_placebo(*placebo);
   if (!diagnosis.held_out)
     fmt::print("No record has the role \"validation\": every figure is of the records that were fitted, too kind.\n");
-  fmt::print("\nmean squared error over the noise's, 1 is the floor ({}; {})\n", to_string(diagnosis.floor.source),
-             diagnosis.held_out ? "held-out records" : "fitted records");
+  const std::string from = diagnosis.judged_from_s > 0 ? fmt::format(" from {:g} s on", diagnosis.judged_from_s) : "";
+  fmt::print("\nmean squared error over the noise's, 1 is the floor ({}; {}{})\n", to_string(diagnosis.floor.source),
+             diagnosis.held_out ? "held-out records" : "fitted records", from);
   fmt::print("  as delivered {:10.3f}\n  re-tuned     {:10.3f}   inside the tolerances; removes {:.0f} %\n",
              diagnosis.delivered.misfit, diagnosis.retuned.misfit, 100 * diagnosis.closure_of_retuning);
   for (const Suspect& suspect : diagnosis.suspects) {

@@ -137,6 +137,7 @@ Json how_far_json(const Plant& plant, const Diagnosis& diagnosis, const Examinat
       {"with_effect", stage_json(plant, diagnosis.corrected)},
       {"floor", {{"std", by_channel(plant, diagnosis.floor.std)}, {"source", to_string(diagnosis.floor.source)}}},
       {"held_out", diagnosis.held_out},
+      {"judged_from_s", diagnosis.judged_from_s},
       {"closure", diagnosis.closure.value},
       {"closure_ci90", interval(diagnosis.closure)},
       {"closure_of_retuning", diagnosis.closure_of_retuning}};

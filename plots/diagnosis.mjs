@@ -42,7 +42,8 @@ function howFar({ how_far }) {
   const rows = [['Misfit, all channels', ...stages.map((key) => short(how_far[key]?.misfit)), '1']];
   for (const { channel } of how_far.per_channel)
     rows.push([escape(channel), ...[...stages, 'floor'].map((key) => `${short(100 * how_far[key]?.nrmse?.[channel])} %`)]);
-  return table(`${how_far.held_out ? 'On held-out records' : 'On the records fitted, too kind'}. Misfit: mean squared error over the noise\u2019s (${how_far.floor.source}). A channel: RMS error over its RMS.`,
+  const from = how_far.judged_from_s > 0 ? ` from ${how_far.judged_from_s} s on` : '';
+  return table(`${how_far.held_out ? 'On held-out records' : 'On the records fitted, too kind'}${from}. Misfit: mean squared error over the noise\u2019s (${how_far.floor.source}). A channel: RMS error over its RMS.`,
     ['', ...Object.values(STAGES).map((stage) => stage.charAt(0).toUpperCase() + stage.slice(1)), 'Noise'], rows);
 }
 

@@ -40,6 +40,7 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   diagnosis.floor = noise_floor(set);
   const GapData data = gap_data(plant, set, diagnosis.floor, options.block_s);
   diagnosis.held_out = data.apart;
+  diagnosis.judged_from_s = static_cast<double>(judged_from(data.held_out.front(), data.block)) / set.sampling_hz;
   const Study study{plant, data, solvers, candidates, tolerance_parameters(plant), options.iterations};
   if (step) step("the plant as delivered");
   const Hypothesis delivered = fit_hypothesis(study, plant, {});

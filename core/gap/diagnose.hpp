@@ -65,6 +65,7 @@ struct Diagnosis {
   std::string message;
   NoiseFloor floor;
   bool held_out = true;  ///< false: there is no validation record, and every figure is of the records fitted
+  double judged_from_s = 0;  ///< start of the records that no figure counts, as `judged_from`
   GapOutcome outcome = GapOutcome::none;
   GapStage delivered, retuned, corrected;
   std::vector<FittedParameter> tolerances;     ///< every parameter re-tuned, in tolerances off

@@ -218,3 +218,26 @@ TEST_CASE("closure is told apart inside and beyond what training has seen, and a
   CHECK(std::isnan(within.outside.value));
   CHECK_FALSE(within.flagged);
 }
+
+TEST_CASE("a plant that may err more beyond what training has seen is flagged, one that surely errs less is not") {
+  Case train(809);
+  const MotionEnvelope envelope = motion_envelope(train.motion, train.records);
+  for (const double worse : {1.3, 0.2}) {  // of the old plant's error, in the second half of the time beyond
+    Case held(813);
+    Random random = numbers(814);
+    Case after = held;
+    for (Index k = 0; k < kSamples; ++k) {
+      const double error = 5 * random.normal();
+      const bool beyond = k >= 3000 && k < 3800;
+      held.add(0, k, error);
+      after.add(0, k, (beyond ? (k < 3400 ? 0.2 : worse) : 0.95) * error);
+      if (beyond) held.motion[0].travel(0, k) *= 1.5;
+    }
+    Random draws = numbers(815);
+    const BeyondEnvelope found =
+        beyond_envelope(held.fit, after.fit, held.records, envelope, held.motion, 100, {100}, draws);
+    CHECK(found.inside.value < 0.2);
+    CHECK(found.outside.value > 0);
+    CHECK(found.flagged == (worse > 1));
+  }
+}
