@@ -64,7 +64,7 @@ struct Diagnosis {
   Status status = Status::ok;
   std::string message;
   NoiseFloor floor;
-  bool held_out = true;  ///< false: there is no validation record, and every figure is of the records fitted
+  bool held_out = true;      ///< false: there is no validation record, and every figure is of the records fitted
   double judged_from_s = 0;  ///< start of the records that no figure counts, as `judged_from`
   GapOutcome outcome = GapOutcome::none;
   GapStage delivered, retuned, corrected;
