@@ -1,7 +1,9 @@
 // The timed pieces of the identification and of the diagnosis on seeded data of the sizes that real records have.
 #include <benchmark/benchmark.h>
+#include <fmt/format.h>
 
 #include "core/base/random.hpp"
+#include "core/data/csv.hpp"
 #include "core/identify/free_run_problem.hpp"
 #include "core/kernels/dare.hpp"
 #include "core/kernels/hankel.hpp"
@@ -26,6 +28,16 @@ void hankel(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * samples);
 }
 BENCHMARK(hankel)->ArgNames({"N", "s"})->ArgsProduct({{2000, 12000, 50000}, {10, 30}})->Unit(benchmark::kMillisecond);
+
+void csv(benchmark::State& state) {
+  Random random(1, Stream::noise);
+  std::string text = "t,u,y\n";
+  for (Index k = 0; k < state.range(0); ++k)
+    text += fmt::format("{},{:.6},{:.6}\n", static_cast<double>(k) / 610.3515625, random.normal(), random.normal());
+  for (auto _ : state) benchmark::DoNotOptimize(parse_csv(text, "records.csv").columns.data());
+  state.SetBytesProcessed(state.iterations() * static_cast<Index>(text.size()));
+}
+BENCHMARK(csv)->ArgName("lines")->Arg(131072)->Unit(benchmark::kMillisecond);
 
 void dare(benchmark::State& state) {
   Random random(2, Stream::noise);

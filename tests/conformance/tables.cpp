@@ -5,7 +5,6 @@
 #include <matio.h>
 
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -155,19 +154,12 @@ TEST_CASE("a damaged gzip stream is refused at every length and for every flippe
                     Contains("packed.csv: line 1, column 1: expected a line of names, found binary"));
 }
 
-TEST_CASE("a CSV of 131072 lines and three columns is read within 0.2 s") {
+TEST_CASE("a long CSV is read whole, line by line what was written") {
   std::string text = "t,u,y\n";
   Random random(1, Stream::noise);
-  for (int k = 0; k < 131072; ++k)
-    text += fmt::format("{},{:.6},{:.6}\n", k / 610.3515625, random.normal(), random.normal());
-  double best = 1e9;
-  for (int i = 0; i < 3; ++i) {
-    const auto begin = std::chrono::steady_clock::now();
-    REQUIRE(csv(text).columns.cols() == 131072);
-    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-  }
-  CAPTURE(best);
-  CHECK(best < 0.2);
+  Matrix written = random.normal(3, 131072);
+  for (const auto& line : written.colwise()) text += fmt::format("{},{},{}\n", line(0), line(1), line(2));
+  CHECK(csv(text).columns == written);
 }
 
 namespace {

@@ -99,7 +99,8 @@ TEST_CASE("where a law with memory is missing, or the drive is late, a static ma
   }
 }
 
-TEST_CASE("the map's force with its sign flipped makes the gap larger, no force leaves it, and so do wrong places") {
+TEST_CASE("the map's force with its sign flipped makes the gap larger, no force leaves it, and so do wrong places",
+          "[slow]") {
   const Plant nominal = plant_from(quarter_car_text);
   const Rig rig(nominal, with(nominal, "asymmetric_damper", {850, 0.3}));
   const Ceiling right = rig.at(nominal, "suspension"), wrong = rig.at(nominal, "tyre");

@@ -14,7 +14,7 @@
 using namespace wheelhop;
 using namespace wheelhop::test;
 
-TEST_CASE("no law delivers net energy over a closed cycle, corrections with the damper they correct") {
+TEST_CASE("no law delivers net energy over a closed cycle, corrections with the damper they correct", "[slow]") {
   for (const std::vector<Law>& laws : groups()) {
     INFO(laws.back().kind->name);
     for (const double amplitude : {0.0004, 0.005, 0.05})

@@ -110,7 +110,8 @@ TEST_CASE(
   CHECK(nothing.rms < 2 * nothing.noise_rms + 1);
 }
 
-TEST_CASE("the plant's own states explain a law that is missing, whatever its form, and no force from outside") {
+TEST_CASE("the plant's own states explain a law that is missing, whatever its form, and no force from outside",
+          "[slow]") {
   const Plant nominal = plant_from(quarter_car_text);
   Random random = numbers(833);
   const Matrix drive = 0.004 * smooth(1, 1, random);
@@ -141,7 +142,7 @@ TEST_CASE("the plant's own states explain a law that is missing, whatever its fo
   CHECK(std::isnan(explained_by_states(outside.fit, outside.records, "nowhere")));
 }
 
-TEST_CASE("a stiffness that changes with time reads its own travel, as slowly or fast as it may change") {
+TEST_CASE("a stiffness that changes with time reads its own travel, as slowly or fast as it may change", "[slow]") {
   const Plant nominal = plant_from(quarter_car_text);
   Random random = numbers(834);
   const Matrix drive = 0.004 * smooth(1, 1, random);
