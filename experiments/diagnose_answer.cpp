@@ -104,7 +104,8 @@ void print(const Diagnosis& diagnosis, const Placebo* placebo) {
   fmt::print("\nmean squared error over the noise's, 1 is the floor ({}; {}{})\n", to_string(diagnosis.floor.source),
              diagnosis.held_out ? "held-out records" : "fitted records", from);
   fmt::print("  as delivered {:10.3f}\n  re-tuned     {:10.3f}   inside the tolerances; removes {:.0f} %\n",
-             diagnosis.delivered.misfit, diagnosis.retuned.misfit, 100 * diagnosis.closure_of_retuning);
+             diagnosis.delivered.misfit, diagnosis.retuned.misfit,
+             std::round(100 * diagnosis.closure_of_retuning) + 0.0);  // no "-0"
   for (const Suspect& suspect : diagnosis.suspects) {
     fmt::print("  with {:<38} {:10.3f}   P {:.2f}", suspect.effect + " at " + suspect.location, suspect.misfit,
                suspect.probability);

@@ -4,7 +4,7 @@ import { STAGES } from './diagnosis_input.mjs';
 import { facts } from './report.mjs';
 import { escape, nameText, unitText } from './text.mjs';
 
-const percent = (share) => (Number.isFinite(share) ? `${(100 * share).toFixed(share > 0.995 && share < 1 ? 1 : 0)} %` : '\u2013');
+const percent = (share) => (Number.isFinite(share) ? `${(100 * share).toFixed(share > 0.995 && share < 1 ? 1 : 0).replace(/^-0$/, '0').replace('-', '\u2212')} %` : '\u2013');
 const short = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(3))).replace('-', '\u2212') : '\u2013');
 
 function table(caption, head, rows) {
