@@ -259,6 +259,8 @@ TEST_CASE("the truth leaves nothing of itself, however its record began, also wh
   Plant without = plant;
   without.elements[0].laws.pop_back();
   CHECK(noise_free_misfit(plant, {&record}, floor) < 0.01 * noise_free_misfit(without, {&record}, floor));
+  record.signal.y.leftCols(500).array() += 100 * floor(0);  // a start that no initial state explains
+  CHECK(noise_free_misfit(plant, {&record}, floor) < 1);
 }
 
 TEST_CASE("the score file is the same for the same answers, and wrong keys are refused at their place") {
