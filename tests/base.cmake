@@ -1,4 +1,6 @@
-# Tests of the base layer, one line a file.
-wheelhop_test(conformance/base.cpp wheelhop_base)
-wheelhop_test(lemma/random.cpp wheelhop_base)
-wheelhop_test(conformance/layers.cpp)
+# Tests of the base layer.
+wheelhop_tests(base wheelhop_base
+  FILES
+  conformance/base.cpp
+  lemma/random.cpp
+  conformance/layers.cpp)

@@ -1,6 +1,8 @@
-# Tests of the data layer, one line a file.
-wheelhop_test(lemma/metrics.cpp wheelhop_data)
-wheelhop_test(conformance/records.cpp wheelhop_data)
-wheelhop_test(conformance/tables.cpp wheelhop_data PkgConfig::matio)
-wheelhop_test(lemma/resample.cpp wheelhop_data)
-wheelhop_test(lemma/spectra.cpp wheelhop_data)
+# Tests of the data layer.
+wheelhop_tests(data wheelhop_data PkgConfig::matio
+  FILES
+  lemma/metrics.cpp
+  conformance/records.cpp
+  conformance/tables.cpp
+  lemma/resample.cpp
+  lemma/spectra.cpp)

@@ -1,25 +1,24 @@
-# Tests of the tables, the model file and the program.
-wheelhop_test(conformance/piece_tables.cpp wheelhop_experiments)
-wheelhop_test(conformance/diagnosis_file.cpp wheelhop_experiments)
-wheelhop_test(conformance/model_file.cpp wheelhop_variants)
-wheelhop_test(lemma/blind_score.cpp wheelhop_experiments)
-wheelhop_test(end_to_end/blind.cpp wheelhop_experiments)
-wheelhop_test(lemma/blind_truth.cpp wheelhop_experiments)
-wheelhop_test(lemma/blind_effects.cpp wheelhop_experiments)
-wheelhop_test(end_to_end/blind_make.cpp wheelhop_experiments)
+# Tests of the tables, the model file and what the commands are made of.
+wheelhop_tests(experiments wheelhop_experiments
+  FILES
+  conformance/piece_tables.cpp
+  conformance/diagnosis_file.cpp
+  conformance/model_file.cpp
+  lemma/blind_score.cpp
+  end_to_end/generate.cpp
+  end_to_end/blind.cpp
+  lemma/blind_truth.cpp
+  lemma/blind_effects.cpp
+  end_to_end/blind_make.cpp)
 
 # Runs of the whole program.
-function(wheelhop_program_test file)
-  get_filename_component(name ${file} NAME_WE)
-  add_executable(test_program_${name} ${file})
-  target_link_libraries(test_program_${name} PRIVATE wheelhop_test_main wheelhop_plant)
-  target_compile_definitions(test_program_${name} PRIVATE WHEELHOP_PROGRAM="$<TARGET_FILE:wheelhop>")
-  add_dependencies(test_program_${name} wheelhop)
-  wheelhop_discover(test_program_${name} program_${name} ${file})
-endfunction()
-wheelhop_program_test(end_to_end/command.cpp)
-wheelhop_program_test(end_to_end/diagnose.cpp)
-wheelhop_program_test(end_to_end/identify.cpp)
-wheelhop_program_test(end_to_end/plan.cpp)
-wheelhop_program_test(end_to_end/reproduce.cpp)
-wheelhop_program_test(end_to_end/silverbox.cpp)
+wheelhop_tests(program wheelhop_plant
+  FILES
+  end_to_end/command.cpp
+  end_to_end/diagnose.cpp
+  end_to_end/identify.cpp
+  end_to_end/plan.cpp
+  end_to_end/reproduce.cpp
+  end_to_end/silverbox.cpp)
+target_compile_definitions(test_program PRIVATE WHEELHOP_PROGRAM="$<TARGET_FILE:wheelhop>")
+add_dependencies(test_program wheelhop)

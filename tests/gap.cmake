@@ -1,16 +1,18 @@
-# Tests of the gap layer, one line a file.
-wheelhop_test(lemma/noise_floor.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(lemma/plant_fit.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(lemma/hypothesis.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(lemma/closure.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(lemma/ceiling.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(conformance/effects.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(lemma/locate.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(lemma/operation.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(lemma/rivals.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(lemma/shares.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(lemma/profile.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(lemma/split.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(lemma/unknown_signal.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(lemma/plan.cpp wheelhop_gap wheelhop_variants)
-wheelhop_test(lemma/placebo.cpp wheelhop_gap wheelhop_variants)
+# Tests of the gap layer.
+wheelhop_tests(gap wheelhop_gap wheelhop_variants
+  FILES
+  lemma/noise_floor.cpp
+  lemma/plant_fit.cpp
+  lemma/hypothesis.cpp
+  lemma/closure.cpp
+  lemma/ceiling.cpp
+  conformance/effects.cpp
+  lemma/locate.cpp
+  lemma/operation.cpp
+  lemma/rivals.cpp
+  lemma/shares.cpp
+  lemma/profile.cpp
+  lemma/split.cpp
+  lemma/unknown_signal.cpp
+  lemma/plan.cpp
+  lemma/placebo.cpp)

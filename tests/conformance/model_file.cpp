@@ -15,7 +15,7 @@ using Catch::Contains;
 
 namespace {
 
-constexpr Index n = 3, m = 2, p = 3, q = 1, samples = 400;
+constexpr Index kOrder = 3, kInputs = 2, kOutputs = 3, kMaps = 1, kRecorded = 400;
 
 /// A stable model with a map of random weights; nothing in it is round.
 ModelFile sample_model(bool with_map = true) {
@@ -24,36 +24,36 @@ ModelFile sample_model(bool with_map = true) {
   file.inputs = {{"road", "m"}, {"push", "N"}};
   file.outputs = {{"travel", "m"}, {"body_acc", "m/s^2"}, {"wheel_acc", "m/s^2"}};
   file.sampling_hz = 200;
-  file.u_scale = Vector::Constant(m, 1.0 / 3);
-  file.y_scale = random.normal(p, 1).cwiseAbs();
-  const Matrix A = random.normal(n, n);
-  file.model.linear = {0.8 / spectral_radius(A) * A, random.normal(n, m), random.normal(p, n), random.normal(p, m),
-                       random.normal(p, 1)};
-  const Index count = with_map ? q : 0;
-  file.model.Bt = 0.1 * random.normal(n, count);
-  file.model.Dt = random.normal(p, count);
+  file.u_scale = Vector::Constant(kInputs, 1.0 / 3);
+  file.y_scale = random.normal(kOutputs, 1).cwiseAbs();
+  const Matrix A = random.normal(kOrder, kOrder);
+  file.model.linear = {0.8 / spectral_radius(A) * A, random.normal(kOrder, kInputs), random.normal(kOutputs, kOrder),
+                       random.normal(kOutputs, kInputs), random.normal(kOutputs, 1)};
+  const Index count = with_map ? kMaps : 0;
+  file.model.Bt = 0.1 * random.normal(kOrder, count);
+  file.model.Dt = random.normal(kOutputs, count);
   if (with_map) {
     Json choice = {{"name", "mlp"}, {"hidden_units", 4}};
-    auto map = make_from(nonlinearity_table(), JsonCursor::from(choice, "choice")).piece(n + m, q);
+    auto map = make_from(nonlinearity_table(), JsonCursor::from(choice, "choice")).piece(kOrder + kInputs, kMaps);
     map->initialise(random);
     map->W = random.normal(map->W.rows(), map->W.cols());
-    map->b = random.normal(q, 1);
-    map->L = 0.1 * random.normal(q, n + m);
+    map->b = random.normal(kMaps, 1);
+    map->L = 0.1 * random.normal(kMaps, kOrder + kInputs);
     file.model.map = std::move(map);
   }
-  file.x0 = random.normal(n, 1);
-  file.envelope = {{-Vector::Ones(m), Vector::Ones(m)},
-                   {-2 * Vector::Ones(p), 3 * Vector::Ones(p)},
+  file.x0 = random.normal(kOrder, 1);
+  file.envelope = {{-Vector::Ones(kInputs), Vector::Ones(kInputs)},
+                   {-2 * Vector::Ones(kOutputs), 3 * Vector::Ones(kOutputs)},
                    {-Vector::Ones(count), Vector::Ones(count)}};
   file.config = {{"seed", 1}};
-  file.scores = {{"order", n}};
+  file.scores = {{"order", kOrder}};
   file.provenance = {{"program", "wheelhop"}};
   return file;
 }
 
 Matrix drive() {
   Random random(18, Stream::road);
-  return 0.3 * random.normal(m, samples);
+  return 0.3 * random.normal(kInputs, kRecorded);
 }
 
 }  // namespace
@@ -85,8 +85,8 @@ TEST_CASE("the outputs of a model file are in physical units: twice the scale, t
 
 TEST_CASE("samples outside the training range are counted by channel, with their distance") {
   const ModelFile file = sample_model();
-  Matrix u = Matrix::Zero(m, 5), y = Matrix::Zero(p, 5);
-  const Matrix f = Matrix::Zero(q, 5);
+  Matrix u = Matrix::Zero(kInputs, 5), y = Matrix::Zero(kOutputs, 5);
+  const Matrix f = Matrix::Zero(kMaps, 5);
   CHECK(beyond_envelope(file, u, y, f).empty());
   u(1, 2) = -1.5;
   y(2, 0) = 4;

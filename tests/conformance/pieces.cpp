@@ -56,9 +56,9 @@ class Rosenbrock final : public ResidualProblem {
   Box box_of_theta;
 };
 
-class Linear final : public ResidualProblem {
+class LinearResidual final : public ResidualProblem {
  public:
-  Linear(Matrix A, Vector b, Box box = {}) : A_(std::move(A)), b_(std::move(b)), box_(std::move(box)) {}
+  LinearResidual(Matrix A, Vector b, Box box = {}) : A_(std::move(A)), b_(std::move(b)), box_(std::move(box)) {}
   Box box() const override { return box_; }
   Index parameters() const override { return A_.cols(); }
   Index residuals() const override { return A_.rows(); }
@@ -261,7 +261,7 @@ TEST_CASE("solvers: in a box they find the minimum there, on its faces and corne
     const Vector start = trial % 2 == 0 ? Vector(Vector::Zero(5)) : box.upper;
     for (const SolverPiece& solver : pieces_of(solver_table())) {
       CAPTURE(solver->name(), trial);
-      const Solution found = solver->minimise(Linear(A, b, box), start, 200);
+      const Solution found = solver->minimise(LinearResidual(A, b, box), start, 200);
       CAPTURE(found.message, found.iterations);
       check_minimum(A, b, found.theta, box);
     }
@@ -286,11 +286,11 @@ TEST_CASE("Levenberg-Marquardt: without damping one step solves a linear problem
   const double least = 0.5 * std::pow(least_squares(A, b).residual_norm, 2);
   for (const Matrix& columns : {A, redundant}) {
     const Vector start = random.normal(columns.cols(), 1);
-    const Solution one = solver->minimise(Linear(columns, b), start, 1);
+    const Solution one = solver->minimise(LinearResidual(columns, b), start, 1);
     CHECK(one.iterations == 1);
     CHECK(one.cost == Approx(least).epsilon(1e-8));
-    CHECK(solver->minimise(Linear(columns, b), start, 50).status == Status::ok);
-    CHECK(solver->minimise(Linear(columns, b), start, 50).theta.allFinite());
+    CHECK(solver->minimise(LinearResidual(columns, b), start, 50).status == Status::ok);
+    CHECK(solver->minimise(LinearResidual(columns, b), start, 50).theta.allFinite());
   }
 }
 

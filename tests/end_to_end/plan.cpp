@@ -31,7 +31,7 @@ void prepare(const Folder& folder, const Plant& plant, double level) {
   write_json(folder / "plant.json", to_json(plant));
 }
 
-std::string command(const Folder& folder, const std::string& records = "records.json") {
+std::string plan_command(const Folder& folder, const std::string& records = "records.json") {
   return "plan --quiet --plant '" + (folder / "plant.json").string() + "' --records '" + (folder / records).string() +
          "'";
 }
@@ -42,7 +42,7 @@ TEST_CASE("a plan needs drives only; its noise may be given for sensors that hav
   const Folder folder;
   prepare(folder, plant_from(one_mass_text), 0.5);
   const std::string out = " --out '" + (folder / "plan.json").string() + "'";
-  const Said assumed = run_program(command(folder) + out);
+  const Said assumed = run_program(plan_command(folder) + out);
   INFO(assumed.err);
   REQUIRE(assumed.status == 0);
   CHECK_THAT(assumed.out, Contains("With this drive") && Contains("The noise of x, v, a is assumed"));
@@ -61,13 +61,13 @@ TEST_CASE("a plan needs drives only; its noise may be given for sensors that hav
   }
   CHECK(showing > 0);
   CHECK(plan.at("menu").size() >= 5);
-  REQUIRE(run_program(command(folder) + out).status == 0);
+  REQUIRE(run_program(plan_command(folder) + out).status == 0);
   CHECK(read_file(folder / "plan.json") == bytes);
 
   Json records = parse_json(read_file(folder / "records.json"), "records.json");
   records["noise_std"] = {{"x", 1e-5}, {"v", 1e-3}, {"a", 1e-2}};
   write_json(folder / "known.json", records);
-  const Said known = run_program(command(folder, "known.json"));
+  const Said known = run_program(plan_command(folder, "known.json"));
   REQUIRE(known.status == 0);
   CHECK_THAT(known.out, !Contains("assumed") && !Contains("written"));
 }
@@ -78,14 +78,14 @@ TEST_CASE("mistakes in a plan's files end in one message; a drive that is too st
   Json records = parse_json(read_file(folder / "records.json"), "records.json");
   records["noise_std"] = {{"y", 1e-5}};
   write_json(folder / "wrong.json", records);
-  const Said wrong = run_program(command(folder, "wrong.json"));
+  const Said wrong = run_program(plan_command(folder, "wrong.json"));
   CHECK(wrong.status == 2);
   CHECK(wrong.lines() == 1);
   CHECK_THAT(wrong.err, Contains("noise_std") && Contains("\"y\""));
 
   Plant car = plant_from(quarter_car_text);
   prepare(folder, car, 1);
-  const Said strong = run_program(command(folder) + " --out '" + (folder / "none.json").string() + "'");
+  const Said strong = run_program(plan_command(folder) + " --out '" + (folder / "none.json").string() + "'");
   CHECK(strong.status == 1);
   CHECK_THAT(strong.err, Contains("suspension") && Contains("too strong"));
   CHECK_FALSE(std::filesystem::exists(folder / "none.json"));

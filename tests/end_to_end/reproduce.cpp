@@ -27,7 +27,7 @@ void write_config(
   write_json(folder / "config.json", config);
 }
 
-std::string command(const Folder& folder, const std::string& out, const std::string& more = "") {
+std::string reproduce_command(const Folder& folder, const std::string& out, const std::string& more = "") {
   return "reproduce --config '" + (folder / "config.json").string() + "' --out '" + (folder / out).string() + "' " +
          more;
 }
@@ -37,14 +37,14 @@ std::string command(const Folder& folder, const std::string& out, const std::str
 TEST_CASE("a second run, with another number of jobs, writes the same table byte for byte", "[slow]") {
   const Folder folder;
   write_config(folder);
-  const Said first = run_program(command(folder, "a", "--jobs 1 --quiet"), "PATH=/nowhere");
+  const Said first = run_program(reproduce_command(folder, "a", "--jobs 1 --quiet"), "PATH=/nowhere");
   INFO(first.err);
   REQUIRE(first.status == 0);
   CHECK(first.err.empty());
   // Without Node.js the run is whole and says what is left out.
   CHECK_THAT(first.out, Contains("not drawn"));
   CHECK_THAT(first.out, Contains("Table 1") && Contains("75.0") && Contains("What the paper does not state"));
-  CHECK(run_program(command(folder, "b", "--jobs 2"), "PATH=/nowhere").status == 0);
+  CHECK(run_program(reproduce_command(folder, "b", "--jobs 2"), "PATH=/nowhere").status == 0);
   const std::string table = read_file(folder / "a" / "table1.json");
   CHECK(table == read_file(folder / "b" / "table1.json"));
   CHECK(read_file(folder / "a/figures/figures.json") == read_file(folder / "b/figures/figures.json"));
@@ -85,8 +85,8 @@ TEST_CASE("a second run, with another number of jobs, writes the same table byte
 TEST_CASE("another seed gives other numbers, and noise brings the residual over the noise into the table", "[slow]") {
   const Folder folder;
   write_config(folder, [](Json& config) { config["realisations"] = 1; });
-  run_program(command(folder, "a", "--quiet"), "PATH=/nowhere");
-  run_program(command(folder, "b", "--seed 2 --snr 40 --quiet"), "PATH=/nowhere");
+  run_program(reproduce_command(folder, "a", "--quiet"), "PATH=/nowhere");
+  run_program(reproduce_command(folder, "b", "--seed 2 --snr 40 --quiet"), "PATH=/nowhere");
   const Json a = parse_json(read_file(folder / "a/table1.json"), "a"),
              b = parse_json(read_file(folder / "b/table1.json"), "b");
   CHECK(a.at("rows") != b.at("rows"));
@@ -113,7 +113,7 @@ TEST_CASE("a suspension with friction, memory and clearance is reproduced like a
     config["realisations"] = 1;
     config["estimation_s"] = 60;
   });
-  const Said said = run_program(command(folder, "a", "--quiet"), "PATH=/nowhere");
+  const Said said = run_program(reproduce_command(folder, "a", "--quiet"), "PATH=/nowhere");
   INFO(said.err);
   CHECK(said.status == 0);
   const Json table = parse_json(read_file(folder / "a/table1.json"), "table1.json");
@@ -124,7 +124,7 @@ TEST_CASE("mistakes end with status 2 and one line before anything is made") {
   const Folder folder;
   const auto refused = [&](const std::function<void(Json&)>& edit, const std::string& more = "") {
     write_config(folder, edit);
-    const Said said = run_program(command(folder, "out", more));
+    const Said said = run_program(reproduce_command(folder, "out", more));
     INFO(said.err);
     CHECK(said.status == 2);
     CHECK(said.lines() == 1);
@@ -143,5 +143,5 @@ TEST_CASE("mistakes end with status 2 and one line before anything is made") {
   CHECK_THAT(refused(nothing, "--sede 3"), Contains("--sede"));
   write_config(folder);
   write_file(folder / "blocked", "a file");
-  CHECK(run_program(command(folder, "blocked")).status == 2);
+  CHECK(run_program(reproduce_command(folder, "blocked")).status == 2);
 }

@@ -16,7 +16,7 @@ using namespace wheelhop::test;
 
 namespace {
 
-constexpr Index kSamples = 4000;
+constexpr Index kSamplesEach = 4000;
 
 /// Two records of `truth`, one to train on, and the nominal plant's fit of the other.
 struct Rig {
@@ -27,7 +27,7 @@ struct Rig {
     RecordSet set;
     set.sampling_hz = 200;
     for (const char* role : {"estimation", "validation"}) {
-      Matrix drive(1, 5 * kSamples);
+      Matrix drive(1, 5 * kSamplesEach);
       Vector poles = Vector::Zero(4);
       for (double& value : drive.reshaped()) {
         value = 0.006 * random.normal();
@@ -37,11 +37,11 @@ struct Rig {
       REQUIRE(made.status == Status::ok);
       set.records.push_back({role, role, "", 0, made.signal});
       Matrix& y = set.records.back().signal.y;
-      const Vector noise = 0.01 * y.rowwise().norm() / std::sqrt(static_cast<double>(kSamples));
+      const Vector noise = 0.01 * y.rowwise().norm() / std::sqrt(static_cast<double>(kSamplesEach));
       if (set.noise_std.empty())
         for (Index i = 0; i < y.rows(); ++i)
           set.noise_std[nominal.sensors[static_cast<std::size_t>(i)].name] = noise(i);
-      y += noise.asDiagonal() * random.normal(y.rows(), kSamples);
+      y += noise.asDiagonal() * random.normal(y.rows(), kSamplesEach);
     }
     data = gap_data(nominal, set, noise_floor(set), 2);
     before = fit_plant(nominal, {}, data.held_out, *make_levenberg_marquardt({}), {12});

@@ -15,7 +15,7 @@ using namespace wheelhop::test;
 
 namespace {
 
-constexpr Index kSamples = 2500;
+constexpr Index kLength = 2500;
 constexpr double kMemory = 0.9;
 
 /// Two repeats and a validation record of a plant, with noise that each sample remembers.
@@ -23,7 +23,7 @@ RecordSet measured(const Plant& truth) {
   RecordSet set;
   set.sampling_hz = 250;
   Random random = numbers(871);
-  Matrix drive(1, 2 * kSamples);
+  Matrix drive(1, 2 * kLength);
   for (int which = 0; which < 3; ++which) {
     Vector poles = Vector::Zero(4);
     for (Index k = 0; which != 1 && k < drive.cols(); ++k) {
@@ -34,9 +34,9 @@ RecordSet measured(const Plant& truth) {
     Record record{"r" + std::to_string(which) + ".csv", which < 2 ? "estimation" : "validation",
                   which < 2 ? "drive" : "", 0, generate_record(truth, drive, 250).signal};
     Matrix& y = record.signal.y;
-    const Vector std = 0.02 * y.rowwise().norm() / std::sqrt(static_cast<double>(kSamples));
+    const Vector std = 0.02 * y.rowwise().norm() / std::sqrt(static_cast<double>(kLength));
     Vector noise = random.normal(3, 1);
-    for (Index k = 0; k < kSamples; ++k) {
+    for (Index k = 0; k < kLength; ++k) {
       noise = kMemory * noise + std::sqrt(1 - kMemory * kMemory) * random.normal(3, 1);
       y.col(k) += std.cwiseProduct(noise);
     }

@@ -16,33 +16,33 @@ using namespace wheelhop::test;
 
 namespace {
 
-constexpr Index kSamples = 6000, kRatio = 5, kSkip = 200;
+constexpr Index kLong = 6000, kStepsEach = 5, kSkip = 200;
 constexpr double kT = 0.005;
 
 /// A run whose error is white noise of the floor's size and `added` (in floors), the motion a slow swing of all
 /// elements.
-struct Case {
+struct ProfileCase {
   PlantFit fit;
   std::vector<FitRecord> records;
   std::vector<Trajectory> motion;
   ProfileOptions options;
 
-  explicit Case(std::uint64_t cell, Index count = 1) {
+  explicit ProfileCase(std::uint64_t cell, Index count = 1) {
     Random random = numbers(cell);
     fit.plant = plant_from(quarter_car_text);
     const Vector floor = (Vector(3) << 1e-4, 0.02, 0.3).finished();
     for (Index i = 0; i < count; ++i) {
-      records.push_back({Matrix::Zero(1, kSamples * kRatio),
-                         20 * floor.asDiagonal() * random.normal(3, kSamples),
-                         kRatio,
+      records.push_back({Matrix::Zero(1, kLong * kStepsEach),
+                         20 * floor.asDiagonal() * random.normal(3, kLong),
+                         kStepsEach,
                          kSkip,
                          floor,
                          {}});
-      fit.error.push_back(floor.asDiagonal() * random.normal(3, kSamples));
+      fit.error.push_back(floor.asDiagonal() * random.normal(3, kLong));
       Trajectory swing;
-      swing.travel.resize(2, kSamples);
-      swing.rate.resize(2, kSamples);
-      for (Index k = 0; k < kSamples; ++k) {
+      swing.travel.resize(2, kLong);
+      swing.rate.resize(2, kLong);
+      for (Index k = 0; k < kLong; ++k) {
         const double angle = 2 * std::numbers::pi * 0.37 * kT * static_cast<double>(k);
         swing.travel.col(k) << 0.02 * std::sin(angle), 0.001 * std::sin(5.3 * angle);
         swing.rate.col(k) << 0.05 * std::cos(angle), 0.01 * std::cos(5.3 * angle);
@@ -72,8 +72,8 @@ void check_sums(const std::vector<Part>& parts, double gap) {
 }  // namespace
 
 TEST_CASE("a tone in one channel is found in its band and channel; shares sum to 1 and excesses to the gap") {
-  Case one(801, 2);
-  for (Index k = 0; k < kSamples; ++k)
+  ProfileCase one(801, 2);
+  for (Index k = 0; k < kLong; ++k)
     one.add(1, k, 4 * std::sin(2 * std::numbers::pi * 11.3 * kT * static_cast<double>(k)));
   const GapProfile found = one.found();
   check_sums(found.bands, found.misfit - 1);
@@ -90,17 +90,17 @@ TEST_CASE("a tone in one channel is found in its band and channel; shares sum to
   CHECK(of_first > 0.97);
   CHECK(found.time.size() == 20);
   CHECK(found.time[0].from_s == Approx(kSkip * kT));
-  CHECK(found.time[19].to_s == Approx(kSamples * kT));
+  CHECK(found.time[19].to_s == Approx(kLong * kT));
 }
 
 TEST_CASE("a constant error stands in the lowest band") {
-  Case one(802);
-  for (Index k = 0; k < kSamples; ++k) one.add(0, k, 3);
+  ProfileCase one(802);
+  for (Index k = 0; k < kLong; ++k) one.add(0, k, 3);
   CHECK(one.found().bands[0].channel_share(0) > 0.97);
 }
 
 TEST_CASE("a burst is found in its tenth of the time") {
-  Case one(803);
+  ProfileCase one(803);
   Random random = numbers(804);
   for (Index k = 3200; k < 3400; ++k) one.add(2, k, 8 * random.normal());
   const GapProfile found = one.found();
@@ -111,9 +111,9 @@ TEST_CASE("a burst is found in its tenth of the time") {
 }
 
 TEST_CASE("an error made at the far end of one element's travel is found there, with its ratio to the time") {
-  Case one(805);
+  ProfileCase one(805);
   Random random = numbers(806);
-  for (Index k = 0; k < kSamples; ++k)
+  for (Index k = 0; k < kLong; ++k)
     if (one.motion[0].travel(0, k) > 0.0197) one.add(1, k, 6 * random.normal());
   const GapProfile found = one.found();
   double shares = 0, times = 0;
@@ -132,19 +132,19 @@ TEST_CASE("an error made at the far end of one element's travel is found there, 
 }
 
 TEST_CASE("noise that is coloured as between repeats leaves no gap in any band") {
-  Case one(807);
+  ProfileCase one(807);
   RecordSet set;
   set.sampling_hz = 1 / kT;
   Random random = numbers(808);
   const auto coloured = [&] {
-    Matrix noise = random.normal(3, kSamples);
-    for (Index k = 1; k < kSamples; ++k) noise.col(k) = 0.9 * noise.col(k - 1) + std::sqrt(1 - 0.81) * noise.col(k);
+    Matrix noise = random.normal(3, kLong);
+    for (Index k = 1; k < kLong; ++k) noise.col(k) = 0.9 * noise.col(k - 1) + std::sqrt(1 - 0.81) * noise.col(k);
     return noise;
   };
   for (int r = 0; r < 3; ++r) {
     Record record{"r" + std::to_string(r) + ".csv", "estimation", "drive", 0, {}};
     record.signal.sample_time_s = kT;
-    record.signal.u = Matrix::Ones(1, kSamples);
+    record.signal.u = Matrix::Ones(1, kLong);
     record.signal.y = coloured();
     set.records.push_back(record);
   }
@@ -171,7 +171,7 @@ TEST_CASE("bands keep the modes of any plant apart") {
 
 TEST_CASE("trajectories: travel and rate are those of the simulation, a rate the derivative of its travel") {
   const Plant plant = plant_from(quarter_car_text);
-  FitRecord record{Matrix(1, 4000 * kRatio), Matrix::Zero(3, 4000), kRatio, 0, Vector::Ones(3), {}};
+  FitRecord record{Matrix(1, 4000 * kStepsEach), Matrix::Zero(3, 4000), kStepsEach, 0, Vector::Ones(3), {}};
   for (Index k = 0; k < record.drive.cols(); ++k)
     record.drive(0, k) = 0.01 * std::sin(2 * std::numbers::pi * 1.5 * 1e-3 * static_cast<double>(k));
   const GeneratedRecord made = generate_record(plant, record.drive, 200);
@@ -189,12 +189,12 @@ TEST_CASE("trajectories: travel and rate are those of the simulation, a rate the
 }
 
 TEST_CASE("closure is told apart inside and beyond what training has seen, and a plant that errs beyond is flagged") {
-  Case train(809), held(810);
+  ProfileCase train(809), held(810);
   const MotionEnvelope envelope = motion_envelope(train.motion, train.records);
   CHECK(envelope.high(0) == Approx(0.02).epsilon(1e-3));
   Random random = numbers(811);
-  Case after = held;
-  for (Index k = 0; k < kSamples; ++k) {
+  ProfileCase after = held;
+  for (Index k = 0; k < kLong; ++k) {
     held.add(0, k, 5 * random.normal());
     if (k >= 3000 && k < 3800) {  // two seconds and more, further out, where the new plant is worse than the old one
       held.motion[0].travel(0, k) *= 1.5;
@@ -220,13 +220,13 @@ TEST_CASE("closure is told apart inside and beyond what training has seen, and a
 }
 
 TEST_CASE("a plant that may err more beyond what training has seen is flagged, one that surely errs less is not") {
-  Case train(809);
+  ProfileCase train(809);
   const MotionEnvelope envelope = motion_envelope(train.motion, train.records);
   for (const double worse : {1.3, 0.2}) {  // of the old plant's error, in the second half of the time beyond
-    Case held(813);
+    ProfileCase held(813);
     Random random = numbers(814);
-    Case after = held;
-    for (Index k = 0; k < kSamples; ++k) {
+    ProfileCase after = held;
+    for (Index k = 0; k < kLong; ++k) {
       const double error = 5 * random.normal();
       const bool beyond = k >= 3000 && k < 3800;
       held.add(0, k, error);

@@ -110,7 +110,7 @@ TEST_CASE("a normal matrix is filled column by column from the same stream") {
   CHECK(a.normal(0, 5).size() == 0);
 }
 
-TEST_CASE("whole numbers fill [0, n) evenly") {
+TEST_CASE("whole numbers below n are all as frequent") {
   Random random(8, Stream::bootstrap);
   const int n = 7, draws = 70000;
   int count[7] = {};

@@ -47,14 +47,14 @@ std::shared_ptr<StaticMap> spring(double even) {
   return map;
 }
 
-struct Record {
+struct RidgeRecord {
   Matrix u, y;
   FreeRun run;
   NonlinearModel start;  ///< the truth but for its map: tanh units fitted to a noisy f
   double noise = 0.01;
   Vector x0 = Vector::Zero(kOrder);
 
-  Record(const NonlinearModel& truth, std::uint64_t cell) {
+  RidgeRecord(const NonlinearModel& truth, std::uint64_t cell) {
     Random random = numbers(cell);
     u = random.normal(1, kSamples);
     run = free_run(truth, u, x0);
@@ -134,7 +134,7 @@ TEST_CASE("active direction: that of a ridge function whatever its linear part; 
 
 TEST_CASE("a cubic spring behind tanh units is found as one odd cubic, to the noise, and extrapolates") {
   const NonlinearModel truth = oscillator(spring(0));
-  const Record record(truth, 302);
+  const RidgeRecord record(truth, 302);
   const auto found = record.ridge();
   REQUIRE(found.has_value());
   CHECK(found->model.map->to_json().at("options") == Json{{"degree", 3}, {"odd", true}, {"hardening", false}});
@@ -145,7 +145,7 @@ TEST_CASE("a cubic spring behind tanh units is found as one odd cubic, to the no
 }
 
 TEST_CASE("an even power that the record calls for is kept, and those above it are not") {
-  const Record record(oscillator(spring(0.05)), 303);
+  const RidgeRecord record(oscillator(spring(0.05)), 303);
   const auto found = record.ridge();
   REQUIRE(found.has_value());
   CHECK(found->model.map->to_json().at("options") == Json{{"degree", 4}, {"odd", false}, {"hardening", false}});
@@ -162,7 +162,7 @@ TEST_CASE(
     stop->W << 0.8, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2;
     stop->W *= way;
     const NonlinearModel truth = oscillator(stop);
-    const Record record(truth, 306);
+    const RidgeRecord record(truth, 306);
     const auto stiffening = record.ridge(both), any = record.ridge({.any = 9});
     REQUIRE(stiffening.has_value());
     REQUIRE(any.has_value());
@@ -174,7 +174,7 @@ TEST_CASE(
   const auto turning = make_ridge_polynomial(kOrder + 1, 1, {.degree = 5, .odd = true});
   turning->alpha << 0.3, 0, 0;
   turning->W << 0.4, -0.1;
-  const auto kept = Record(oscillator(std::shared_ptr<StaticMap>(turning->clone())), 307).ridge(both);
+  const auto kept = RidgeRecord(oscillator(std::shared_ptr<StaticMap>(turning->clone())), 307).ridge(both);
   REQUIRE(kept.has_value());
   CHECK(kept->model.map->to_json().at("options").at("hardening") == false);
 }
@@ -184,18 +184,18 @@ TEST_CASE("no polynomial is offered for two directions, two outputs, no factory,
   std::shared_ptr<StaticMap> two = make_mlp(kOrder + 1, 1, {.hidden_units = 2});
   two->alpha << 0.8, 0, 0, 0.1, 0, 0.8, 0, -0.1;
   two->W << -0.5, 0.5;
-  Record record(oscillator(two), 304);
+  RidgeRecord record(oscillator(two), 304);
   record.start = oscillator(two);
   CHECK_FALSE(record.ridge());
 
   std::shared_ptr<StaticMap> step = make_mlp(kOrder + 1, 1, {.hidden_units = 1});
   step->alpha << 12, 0, 0, 1;
   step->W << 0.4;
-  Record sharp(oscillator(step), 305);
+  RidgeRecord sharp(oscillator(step), 305);
   sharp.start = oscillator(step);
   CHECK_FALSE(sharp.ridge());
 
-  const Record cubic(oscillator(spring(0)), 302);
+  const RidgeRecord cubic(oscillator(spring(0)), 302);
   CHECK_FALSE(cubic.ridge({.any = 2}));
   CHECK_FALSE(fit_ridge(cubic.start, cubic.x0, cubic.u, cubic.y, Vector::Ones(2), 0, *make_levenberg_marquardt({}), 30,
                         {}, {.any = 9}));

@@ -12,15 +12,15 @@ using namespace wheelhop::test;
 
 namespace {
 
-constexpr double kT = 0.005;
+constexpr double kStep = 0.005;
 const Vector kFloor = (Vector(3) << 1e-4, 0.02, 0.3).finished();
 
 /// The quarter car's three channels on a smooth random response; the error is to be filled in.
-struct Case {
+struct SplitCase {
   PlantFit fit;
   std::vector<FitRecord> records;
 
-  explicit Case(Index samples, double repeats = 1) {
+  explicit SplitCase(Index samples, double repeats = 1) {
     fit.plant = plant_from(quarter_car_text);
     Random random = numbers(821);
     Matrix y = random.normal(3, samples);
@@ -55,7 +55,7 @@ std::vector<Index> lines_of(Index highest, Index group) {
 /// A case driven by `u` whose error in two channels is error(u) in floors, over noise of a tenth of that.
 template <class Error>
 LineSplit split_of(const Vector& u, Error error) {
-  Case one(u.size());
+  SplitCase one(u.size());
   Random random = numbers(822);
   one.records[0].drive.resize(1, 5 * u.size());
   for (Index k = 0; k < one.records[0].drive.cols(); ++k) one.records[0].drive(0, k) = 0.003 * u(k / 5);
@@ -72,7 +72,7 @@ LineSplit split_of(const Vector& u, Error error) {
 TEST_CASE(
     "of an error with three parts that repeat to one that does not, three quarters repeat, whatever the repeats") {
   for (const double repeats : {2.0, 8.0}) {
-    Case one(20000, repeats);
+    SplitCase one(20000, repeats);
     Random random = numbers(823);
     one.fit.error[0] += std::sqrt(3.0) * kFloor.asDiagonal() * random.normal(3, 20000);
     NoiseFloor floor;
@@ -90,31 +90,32 @@ TEST_CASE(
 TEST_CASE("a steady error does not drift; a growing one does, and so does a gain that changes its sign on the way") {
   const Index samples = 8000;
   const auto drift_of = [&](auto change) {
-    Case one(samples);
+    SplitCase one(samples);
     for (Index k = 0; k < samples; ++k) change(one, k, static_cast<double>(k) / static_cast<double>(samples));
     return drift(one.fit, one.records, 400);
   };
-  const Drift steady = drift_of([](Case& c, Index k, double) { c.fit.error[0](1, k) += 0.1 * c.records[0].y(1, k); });
+  const Drift steady =
+      drift_of([](SplitCase& c, Index k, double) { c.fit.error[0](1, k) += 0.1 * c.records[0].y(1, k); });
   CHECK(steady.known);
   CHECK_FALSE(steady.significant);
   Random random = numbers(824);
   const Drift grows =
-      drift_of([&](Case& c, Index k, double t) { c.fit.error[0](2, k) += 4 * t * kFloor(2) * random.normal(); });
+      drift_of([&](SplitCase& c, Index k, double t) { c.fit.error[0](2, k) += 4 * t * kFloor(2) * random.normal(); });
   CHECK(grows.significant);
   CHECK(grows.kind == "size");
   CHECK(grows.last > 2 * grows.first);
   const Drift gain =
-      drift_of([](Case& c, Index k, double t) { c.fit.error[0](1, k) += 0.1 * (t - 0.5) * c.records[0].y(1, k); });
+      drift_of([](SplitCase& c, Index k, double t) { c.fit.error[0](1, k) += 0.1 * (t - 0.5) * c.records[0].y(1, k); });
   CHECK(gain.significant);
   CHECK(gain.kind == "gain");
   CHECK(gain.channel == "body_acc");
   CHECK(gain.last - gain.first == Approx(0.1 * 2 / 3).epsilon(0.15));
-  const Drift offset = drift_of([](Case& c, Index k, double t) { c.fit.error[0](0, k) += 3 * t * kFloor(0); });
+  const Drift offset = drift_of([](SplitCase& c, Index k, double t) { c.fit.error[0](0, k) += 3 * t * kFloor(0); });
   CHECK(offset.kind == "offset");
   CHECK(offset.channel == "travel");
   CHECK(offset.last > offset.first);
-  CHECK_FALSE(drift_of([](Case&, Index, double) {}).significant);
-  Case shorter(3000);
+  CHECK_FALSE(drift_of([](SplitCase&, Index, double) {}).significant);
+  SplitCase shorter(3000);
   CHECK_FALSE(drift(shorter.fit, shorter.records, 400).known);
 }
 

@@ -16,10 +16,10 @@ using namespace wheelhop::test;
 
 namespace {
 
-constexpr Index kSamples = 3000, kRatio = 5;
+constexpr Index kSampled = 3000, kRatio = 5;
 
 Matrix smooth(Index rows, double size, Random& random) {
-  Matrix out(rows, kSamples * kRatio), poles = Matrix::Zero(rows, 4);
+  Matrix out(rows, kSampled * kRatio), poles = Matrix::Zero(rows, 4);
   for (Index k = 0; k < out.cols(); ++k)
     for (Index i = 0; i < rows; ++i) {
       double value = random.normal();
@@ -37,9 +37,9 @@ struct Run {
     const GeneratedRecord made = generate_record(truth, drive, 200);
     REQUIRE(made.status == Status::ok);
     Random random = numbers(831);
-    const Vector floor = noise * made.signal.y.rowwise().norm() / std::sqrt(static_cast<double>(kSamples));
+    const Vector floor = noise * made.signal.y.rowwise().norm() / std::sqrt(static_cast<double>(kSampled));
     records.push_back({drive.topRows(nominal.input_count()), made.signal.y, kRatio, 0, floor, {}});
-    records[0].y += floor.asDiagonal() * random.normal(floor.size(), kSamples);
+    records[0].y += floor.asDiagonal() * random.normal(floor.size(), kSampled);
     fit = fit_plant(nominal, {}, records, *make_levenberg_marquardt({}), {6});
     REQUIRE(fit.error.size() == 1);
   }
@@ -47,14 +47,14 @@ struct Run {
     const UnknownSignal found = unknown_signal(fit, records, 0, place);
     CAPTURE(found.message);
     REQUIRE(found.status == Status::ok);
-    CHECK(found.value.size() == kSamples);
-    CHECK(found.rms == Approx(found.value.norm() / std::sqrt(static_cast<double>(kSamples))));
+    CHECK(found.value.size() == kSampled);
+    CHECK(found.rms == Approx(found.value.norm() / std::sqrt(static_cast<double>(kSampled))));
     CHECK(found.noise_rms < found.rms);
     return found.value;
   }
 };
 
-Vector inner(const Vector& x) { return x.segment(200, kSamples - 400); }
+Vector inner(const Vector& x) { return x.segment(200, kSampled - 400); }
 
 }  // namespace
 
