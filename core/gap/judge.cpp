@@ -12,7 +12,8 @@ namespace wheelhop {
 namespace {
 
 constexpr double kExplains = 0.6;       // closure below which no family of the catalogue fits, and
-constexpr double kSurelyNot = 0.8;      // one that lies below this with all of its interval
+constexpr double kSurelyNot = 0.8;      // one that lies below this with all of its interval, or
+constexpr double kNotInPath = 0.9;      // below this, where the forms are few: a bias is a bias on every rig
 constexpr double kExplainsWell = 0.9;   // closure from which only a far better place speaks against it
 constexpr double kElsewhere = 1.5;      // leftover over that of the best place, from which the gap enters elsewhere
 constexpr double kFarElsewhere = 4;     // likewise, where the effect explains the gap well
@@ -120,6 +121,12 @@ double leftover_ratio(const Diagnosis& diagnosis, const std::string& location) {
     if (matches(place.location) || std::any_of(place.same.begin(), place.same.end(), matches))
       return place.leftover / std::max(diagnosis.places.front().leftover, 1e-3);
   return 1;
+}
+
+/// A sensor, an actuator or the clock: no force of the plant.
+bool is_path(const std::string& location) {
+  return location.starts_with("sensor:") || location == "actuator" || location.starts_with("actuator:") ||
+         location == "timebase";
 }
 
 /// Probabilities of effects as often right as they say. What the named ones gain, their rivals lose.
@@ -270,8 +277,9 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
       diagnosis.outcome != GapOutcome::several ? undefined_size(answer.effects.back(), answer.fit.plant) : "";
   // Held-out records that never reach the effect have no gap that could be closed.
   const bool reached = c.retuned.stage.misfit > 1 + kTooSmall;
+  const double too_little = is_path(answer.effects.back().location) ? kNotInPath : kSurelyNot;
   const bool unexplained =
-      explained < kExplains || (reached && explained < kExplainsWell && diagnosis.closure.high < kSurelyNot);
+      explained < kExplains || (reached && explained < kExplainsWell && diagnosis.closure.high < too_little);
   if (unexplained || misplaced || !odd.empty()) {
     const std::vector<LocationProbability> by_rivals = diagnosis.locations;
     // Noise rounds differently each time: a converter that is simulated without it explains a part of its error alone.

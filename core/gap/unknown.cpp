@@ -17,6 +17,7 @@ constexpr double kWindows_s[] = {0.125, 0.25, 0.5, 2};  // over which a law that
 constexpr Index kSurrogates = 16;                       // times, the signal's own among them
 constexpr double kBeyondChance = 1.2;                   // of what they explain at best
 constexpr Index kMemory = 3;                            // samples back, every second
+constexpr double kThresholds[] = {1.5, 2, 2.5};         // RMS of a motion
 constexpr double kFeatureRidge = 1e-6;                  // of the largest feature's power
 constexpr Index kFade = 20;                             // the twentieth at either end in which an unknown signal fades
 
@@ -49,13 +50,22 @@ std::vector<Moved> moved_at(const Plant& plant, const FitRecord& record, const T
   return list;
 }
 
-/// Rows: every feature of the motion, each scaled to an RMS of one.
-Matrix features_of(const std::vector<Moved>& moved, Index N) {
-  std::vector<Eigen::RowVectorXd> rows;
-  const auto add = [&](Eigen::RowVectorXd row) {
+/// Rows, each scaled to an RMS of one, and a constant.
+Matrix stacked(const std::vector<Eigen::RowVectorXd>& rows, Index N) {
+  std::vector<Eigen::RowVectorXd> kept;
+  for (const Eigen::RowVectorXd& row : rows) {
     const double size = row.norm() / std::sqrt(static_cast<double>(row.size()));
-    if (size > 0 && std::isfinite(size)) rows.push_back(row / size);
-  };
+    if (size > 0 && std::isfinite(size)) kept.push_back(row / size);
+  }
+  Matrix all(static_cast<Index>(kept.size()) + 1, N);
+  for (std::size_t i = 0; i < kept.size(); ++i) all.row(static_cast<Index>(i)) = kept[i];
+  all.bottomRows(1).setOnes();
+  return all;
+}
+
+/// What a smooth law with some memory makes of the motion.
+Matrix smooth_features(const std::vector<Moved>& moved, Index N) {
+  std::vector<Eigen::RowVectorXd> rows;
   for (const Moved& own : moved) {
     const Eigen::RowVectorXd x = own.x.array() - own.x.mean(), &v = own.v;
     const double speed = 0.1 * v.norm() / std::sqrt(static_cast<double>(N)) + 1e-300;
@@ -63,23 +73,34 @@ Matrix features_of(const std::vector<Moved>& moved, Index N) {
       for (Index back = 0; back <= kMemory; ++back) {
         Eigen::RowVectorXd late = basic;
         late.tail(N - 2 * back) = basic.head(N - 2 * back);
-        add(late);
+        rows.push_back(late);
       }
-    add(x.array().square());
-    add(x.array().cube());
-    add(x.array().abs());
-    add(x.array() * v.array());
-    add(x.array().square() * v.array());
-    add(v.array().square());
-    add(v.array() * v.array().abs());
-    add(v.array().cube());
-    add(v.array().abs());
-    add((v.array() / speed).tanh());
+    rows.push_back(x.array().square());
+    rows.push_back(x.array().cube());
+    rows.push_back(x.array().abs());
+    rows.push_back(x.array() * v.array());
+    rows.push_back(x.array().square() * v.array());
+    rows.push_back(v.array().square());
+    rows.push_back(v.array() * v.array().abs());
+    rows.push_back(v.array().cube());
+    rows.push_back(v.array().abs());
+    rows.push_back((v.array() / speed).tanh());
   }
-  Matrix all(static_cast<Index>(rows.size()) + 1, N);
-  for (std::size_t i = 0; i < rows.size(); ++i) all.row(static_cast<Index>(i)) = rows[i];
-  all.bottomRows(1).setOnes();
-  return all;
+  return stacked(rows, N);
+}
+
+/// What a stop, a limit or a contact that opens makes of it: nothing below a threshold.
+Matrix peak_features(const Moved& moved, Index N) {
+  std::vector<Eigen::RowVectorXd> rows;
+  for (const Eigen::RowVectorXd& of : {moved.x, moved.v}) {
+    const Eigen::RowVectorXd z = of.array() - of.mean();
+    const double rms = z.norm() / std::sqrt(static_cast<double>(N));
+    for (const double threshold : kThresholds) {
+      rows.push_back((z.array() - threshold * rms).max(0));
+      rows.push_back((-z.array() - threshold * rms).max(0));
+    }
+  }
+  return stacked(rows, N);
 }
 
 /// Share of a signal that travel and rate of one place explain window by window.
@@ -123,26 +144,35 @@ double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& re
                            const std::string& entry) {
   const std::vector<Trajectory> motion = trajectories(fit, records);
   const double sampling_hz = fit.plant.hold_hz() / static_cast<double>(records.front().ratio);
-  double power = 0, left = 0, locally = 0;
+  double power = 0, locally = 0;
+  std::vector<double> left;  // by each way to explain it
   for (std::size_t i = 0; i < records.size(); ++i) {
     const UnknownSignal signal = unknown_signal(fit, records, i, location);
     if (signal.status != Status::ok) return std::numeric_limits<double>::quiet_NaN();
     const std::vector<Moved> moved = moved_at(fit.plant, records[i], motion[i], entry);
-    const Matrix features = features_of(moved, records[i].y.cols());
-    const Index first = records[i].skip + (features.cols() - records[i].skip) / kFade;
-    const Index half = (features.cols() - features.cols() / kFade - first) / 2;
-    const Matrix A = features.middleCols(first, half), B = features.middleCols(first + half, half);
+    const Index N = records[i].y.cols(), first = records[i].skip + (N - records[i].skip) / kFade;
+    const Index half = (N - N / kFade - first) / 2;
     const Vector a = signal.value.segment(first, half), b = signal.value.segment(first + half, half);
-    locally = std::max(locally, explained_locally(signal.value, moved, sampling_hz));
-    Matrix H = A * A.transpose();
-    H.diagonal().array() += kFeatureRidge * H.diagonal().maxCoeff();
-    const Vector weights = H.ldlt().solve(A * a);
     const double noise = static_cast<double>(half) * signal.noise_rms * signal.noise_rms;
+    locally = std::max(locally, explained_locally(signal.value, moved, sampling_hz));
     power += std::max(b.squaredNorm() - noise, 0.0);
-    left += std::max((b - B.transpose() * weights).squaredNorm() - noise, 0.0);
+    std::vector<Matrix> ways = {smooth_features(moved, N)};
+    for (const Moved& own : moved) {  // what all places together fit by chance may hide what one explains
+      ways.push_back(peak_features(own, N));
+      if (moved.size() > 1) ways.push_back(smooth_features({own}, N));
+    }
+    left.resize(ways.size(), 0.0);
+    for (std::size_t k = 0; k < ways.size(); ++k) {
+      const Matrix A = ways[k].middleCols(first, half), B = ways[k].middleCols(first + half, half);
+      Matrix H = A * A.transpose();
+      H.diagonal().array() += kFeatureRidge * H.diagonal().maxCoeff();
+      const Vector weights = H.ldlt().solve(A * a);
+      left[k] += std::max((b - B.transpose() * weights).squaredNorm() - noise, 0.0);
+    }
   }
   if (!(power > 0)) return std::numeric_limits<double>::quiet_NaN();
-  return std::clamp(std::max(1 - left / power, locally), 0.0, 1.0);
+  const double least = *std::min_element(left.begin(), left.end());
+  return std::clamp(std::max(1 - least / power, locally), 0.0, 1.0);
 }
 
 }  // namespace wheelhop

@@ -142,6 +142,25 @@ TEST_CASE("the plant's own states explain a law that is missing, whatever its fo
   CHECK(std::isnan(explained_by_states(outside.fit, outside.records, "nowhere")));
 }
 
+TEST_CASE("a stop that is met at the peaks alone is the element's own doing", "[slow]") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Random random = numbers(835);
+  const Matrix drive = 0.004 * smooth(1, 1, random);
+  const Run still(nominal, nominal, drive, 0.01);
+  const Trajectory motion = trajectories(still.fit, still.records)[0];
+  for (const Index element : {0, 1}) {
+    const std::string place = nominal.elements[static_cast<std::size_t>(element)].name;
+    const auto travel = motion.travel.row(element);
+    const double gap = 2.2 * travel.norm() / std::sqrt(static_cast<double>(kSampled));
+    Plant stopped = nominal;
+    stopped.elements[static_cast<std::size_t>(element)].laws.push_back({find_law("bump_stop"), {gap, 1, 4e4, 1}});
+    const Run run(nominal, stopped, drive, 0.01);
+    CAPTURE(place, gap);
+    CHECK(explained_by_states(run.fit, run.records, place, place) > 0.4);
+    CHECK(explained_by_states(run.fit, run.records, place) > 0.4);
+  }
+}
+
 TEST_CASE("a stiffness that changes with time reads its own travel, as slowly or fast as it may change", "[slow]") {
   const Plant nominal = plant_from(quarter_car_text);
   Random random = numbers(834);
