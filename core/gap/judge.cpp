@@ -183,6 +183,16 @@ Suspect suspect_of(const GapCase& c, const Rival& rival, const Hypothesis& hypot
           fitted_parameters(hypothesis.fit, hypothesis.parameters, c.study.tolerances.size())};
 }
 
+Hypothesis name_first(const GapCase& c, const std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals,
+                      Diagnosis& diagnosis) {
+  diagnosis.named = {rivals.front().name()};
+  diagnosis.outcome = GapOutcome::effect;
+  diagnosis.suspects.clear();
+  for (const Rival& rival : rivals)
+    if (!rival.is_parameter) diagnosis.suspects.push_back(suspect_of(c, rival, singles[rival.hypothesis]));
+  return singles[rivals.front().hypothesis];
+}
+
 void judge(const GapCase& c, Diagnosis& diagnosis) {
   if (c.step) c.step("every effect at every place");
   Changes changes;
@@ -238,15 +248,11 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
     add_locations(rivals, diagnosis);
   }
 
-  diagnosis.named = {rivals.front().name()};
-  diagnosis.outcome = GapOutcome::effect;
-  for (const Rival& rival : rivals)
-    if (!rival.is_parameter) diagnosis.suspects.push_back(suspect_of(c, rival, singles[rival.hypothesis]));
-  Hypothesis answer = singles[rivals.front().hypothesis];
+  Hypothesis answer = name_first(c, singles, rivals, diagnosis);
   const double gap = c.retuned.chi2 - c.floor_chi2(), remains = answer.chi2 - c.floor_chi2();
   if (c.options.effects > 1 && remains < (1 - kWorthPair) * gap &&
       remains > std::max(kNotice * diagnosis.floor.colour, kWorthSecond * gap))
-    add_second(c, singles, rivals, changes, answer, diagnosis);
+    add_second(c, singles, rivals, weighing, changes, answer, diagnosis);
   if (diagnosis.outcome == GapOutcome::effect) {
     add_ambiguous(rivals, diagnosis);
     if (!diagnosis.ambiguous_with.empty()) diagnosis.outcome = GapOutcome::ambiguous;

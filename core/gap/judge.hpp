@@ -59,10 +59,13 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis);
 /// if there is none.
 bool name_rounding(const GapCase& c, Diagnosis& diagnosis);
 
+/// Names the most probable rival, an effect, alone. @return its hypothesis
+Hypothesis name_first(const GapCase& c, const std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals,
+                      Diagnosis& diagnosis);
 /// Looks for a second effect beside the best first ones. @param answer replaced if there is one, or if the search has
-/// found a better fit of the first alone
-void add_second(const GapCase& c, std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals, Changes& changes,
-                Hypothesis& answer, Diagnosis& diagnosis);
+/// found a better fit of an effect alone, which is then weighed again among its rivals
+void add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<Rival>& rivals,
+                const Weighing& weighing, Changes& changes, Hypothesis& answer, Diagnosis& diagnosis);
 
 /// Checks by other means than those that found the answer. @param answer linearised
 void check_answer(const GapCase& c, const Hypothesis& answer, Diagnosis& diagnosis);

@@ -47,8 +47,8 @@ void lead(Diagnosis& diagnosis) {
 
 }  // namespace
 
-void add_second(const GapCase& c, std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals, Changes& changes,
-                Hypothesis& answer, Diagnosis& diagnosis) {
+void add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<Rival>& rivals,
+                const Weighing& weighing, Changes& changes, Hypothesis& answer, Diagnosis& diagnosis) {
   std::vector<Hypothesis> seconds = pairs(c, singles, rivals, changes);
   if (seconds.empty()) return;
   // By chi2 alone the best pair may be one of implausible sizes.
@@ -67,11 +67,21 @@ void add_second(const GapCase& c, std::vector<Hypothesis>& singles, const std::v
     return single.fit.jacobian.size() > 0 && name_of(single.effects.back()) == name_of(pair.effects[0]);
   });
   if (first != singles.end()) {
-    const Hypothesis alone = fit_at(c.study, *first, pair.fit.plant);
-    if (!alone.fit.error.empty() && !needed(alone)) {  // the pair had only found the first one's better fit
-      answer = alone;
-      diagnosis.named = {name_of(alone.effects.back())};
-      lead(diagnosis);
+    Hypothesis alone = fit_at(c.study, *first, pair.fit.plant);
+    // The pair had only found that one's better fit, which may be of odd sizes: by these it is weighed again.
+    if (!alone.fit.error.empty() && !needed(alone)) {
+      const std::vector<Rival> before = rivals_of(singles);
+      *first = std::move(alone);
+      const Rival after = rivals_of(singles)[static_cast<std::size_t>(first - singles.begin())];
+      for (Rival& rival : rivals) {
+        if (rival.is_parameter || rival.name() != after.name()) continue;
+        rival.plausibility += after.plausibility - before[rival.hypothesis].plausibility;
+        rival.hypothesis = after.hypothesis;
+        rival.chi2 = after.chi2;
+        rival.prior_chi2 = after.prior_chi2;
+      }
+      weigh(rivals, weighing);
+      answer = name_first(c, singles, rivals, diagnosis);
       return;
     }
   }

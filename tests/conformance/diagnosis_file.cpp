@@ -49,7 +49,7 @@ double sum_of(const Json& parts, const char* key) {
 
 }  // namespace
 
-TEST_CASE("a diagnosis file tells where, how far and beyond what; its figures hold every series at one length") {
+TEST_CASE("a diagnosis file tells where, how far and beyond what, its figures hold every series at one length") {
   const Plant nominal = plant_from(quarter_car_text);
   Plant truth = nominal;
   truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.3}});

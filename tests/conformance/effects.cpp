@@ -10,6 +10,7 @@
 #include "core/plant/simulate.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
+#include "variants/effect_build.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
 #include "variants/table.hpp"
 
@@ -142,6 +143,29 @@ TEST_CASE("the screen finds the effect that is missing, at its place, and nothin
   for (std::size_t i = 0; i < 5; ++i) CHECK(again[i].gain == Approx(order[i].gain).epsilon(1e-3));
   for (const Screened& screened : order)
     if (screened.candidate + 1 == candidates.size()) CHECK(screened.gain < 0.05 * order[0].gain);
+}
+
+TEST_CASE("the screen sees a tyre that softens or hardens, by the square of its travel or by the cube") {
+  Case c = make_case(quarter_car_text, 0.005);
+  const double reach = 2 * c.operation.elements[1].travel_rms_m, stiffness = stiffness_at_rest(c.plant.elements[1]);
+  for (const double sign : {-1.0, 1.0})
+    for (const Index power : {2, 3}) {
+      CAPTURE(sign, power);
+      const double size = sign * 0.02 * stiffness / std::pow(reach, power - 1);
+      Plant truth = c.plant;
+      truth.elements[1].laws.push_back(
+          {find_law("polynomial_spring"), {0, power == 2 ? size : 0, power == 3 ? size : 0}});
+      c.record.y = simulate(truth, c.record.drive, {.decimation = c.record.ratio}).outputs;
+      c.record.weight_std = 0.001 * (c.record.y.rowwise().norm() / std::sqrt(200.0));
+      const PlantFit base = fit_plant(c.plant, {}, {c.record}, *make_levenberg_marquardt({}), {8});
+      REQUIRE(base.error.size() == 1);
+      const std::vector<EffectCandidate> candidates = effect_candidates(base.plant, c.operation);
+      Changes changes;
+      double most = 0;
+      for (const Screened& screened : screen(base, {c.record}, candidates, changes))
+        if (candidates[screened.candidate].effect == "tyre_nonlinearity") most = std::max(most, screened.gain);
+      CHECK(most > 0.9 * 0.5 * base.residual.squaredNorm());
+    }
 }
 
 TEST_CASE("the Jacobian of a fit is the derivative of its residuals, in every parameter of plant and effect",

@@ -113,7 +113,7 @@ TEST_CASE("a converter rounds what it measures with its noise, and a stiff law i
   CHECK(noisy.records[0].signal.u == clean.records[0].signal.u);
 }
 
-TEST_CASE("a drive beyond the end stop ends with status 1 and says where; no record is written") {
+TEST_CASE("a drive beyond the end stop ends with status 1 and says where, no record is written") {
   const Folder folder;
   Json config = small_config();
   config["records"][1]["drive"]["road"]["rms"] = 0.08;

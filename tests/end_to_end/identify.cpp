@@ -112,7 +112,7 @@ TEST_CASE("a model identified from generated records follows the validation reco
   CHECK_THAT(beyond.err, Contains("road leaves the training range"));
 }
 
-TEST_CASE("a plant simulates its own records again; beyond its end stop nothing is written and the status is 1") {
+TEST_CASE("a plant simulates its own records again, beyond its end stop nothing is written and the status is 1") {
   const Folder folder;
   prepare(folder);
   REQUIRE(simulate(folder, "data/plant.json", "data/records.json", "plant.csv").status == 0);
@@ -128,7 +128,7 @@ TEST_CASE("a plant simulates its own records again; beyond its end stop nothing 
   CHECK_FALSE(std::filesystem::exists(folder / "bad.csv"));
 }
 
-TEST_CASE("a bad config ends with status 2 and one line with file and path; no model is written") {
+TEST_CASE("a bad config ends with status 2 and one line with file and path, no model is written") {
   const Folder folder;
   prepare(folder);
   const auto refused = [&](const std::function<void(Json&)>& edit) {
@@ -164,7 +164,7 @@ TEST_CASE("a bad config ends with status 2 and one line with file and path; no m
              Contains("$.record") && Contains("estimation_1.csv"));
 }
 
-TEST_CASE("a record that cannot carry the identification is refused with the numbers; no model is written") {
+TEST_CASE("a record that cannot carry the identification is refused with the numbers, no model is written") {
   const Folder folder;
   prepare(folder);
   const auto refused = [&](const std::function<void(Table&)>& edit, Index count = 2000) {

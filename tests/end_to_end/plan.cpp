@@ -38,7 +38,7 @@ std::string plan_command(const Folder& folder, const std::string& records = "rec
 
 }  // namespace
 
-TEST_CASE("a plan needs drives only; its noise may be given for sensors that have not measured yet") {
+TEST_CASE("a plan needs drives only, its noise may be given for sensors that have not measured yet") {
   const Folder folder;
   prepare(folder, plant_from(one_mass_text), 0.5);
   const std::string out = " --out '" + (folder / "plan.json").string() + "'";
@@ -72,7 +72,7 @@ TEST_CASE("a plan needs drives only; its noise may be given for sensors that hav
   CHECK_THAT(known.out, !Contains("assumed") && !Contains("written"));
 }
 
-TEST_CASE("mistakes in a plan's files end in one message; a drive that is too strong in exit status 1") {
+TEST_CASE("mistakes in a plan's files end in one message, a drive that is too strong in exit status 1") {
   const Folder folder;
   prepare(folder, plant_from(one_mass_text), 0.5);
   Json records = parse_json(read_file(folder / "records.json"), "records.json");

@@ -83,7 +83,7 @@ TEST_CASE("what is added by friction, hysteresis and relaxation takes energy fro
     }
 }
 
-TEST_CASE("friction of Coulomb's size slides against the motion; a hysteresis never exceeds its limit") {
+TEST_CASE("friction of Coulomb's size slides against the motion, a hysteresis never exceeds its limit") {
   const blind::Plan plan = quarter_car();
   const auto friction = made(plan, kind_of(blind::Family::catalogue, "LuGre with Stribeck"), 0.6);
   run_sine(plan, friction, 0.02, 1, [&](double, double v, const blind::Forces& f, double) {

@@ -19,7 +19,7 @@ TEST_CASE("block misfits average to the misfit of the whole, the last block by i
 }
 
 TEST_CASE(
-    "closure is 1 at the floor, 0 without change, negative where things get worse; its interval holds the value") {
+    "closure is 1 at the floor, 0 without change, negative where things get worse, its interval holds the value") {
   Random random = numbers(602);
   const Vector before = 5 + random.normal(30, 1).array().abs();
   const Vector floor = Vector::Ones(30);

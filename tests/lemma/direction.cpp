@@ -63,7 +63,7 @@ void check_gradient(const ResidualProblem& problem, const Vector& theta) {
 
 }  // namespace
 
-TEST_CASE("eq. (17): [Bt; Dt] comes back from the residual of a rich f, up to sign and rotation", "[slow]") {
+TEST_CASE("eq. (17): [Bt, Dt] comes back from the residual of a rich f, up to sign and rotation", "[slow]") {
   const auto solver = make_levenberg_marquardt({});
   for (const auto& [n, p, q, direct] :
        {std::tuple<Index, Index, Index, bool>{4, 3, 1, true}, {4, 2, 1, false}, {3, 2, 1, true}, {4, 4, 2, true}}) {

@@ -230,7 +230,7 @@ TEST_CASE("the likelihood finds the level of the input noise, and noise costs ac
   CHECK(rms_inside(result.f, f) < 0.2);
 }
 
-TEST_CASE("the sign of [Bt; Dt] is the sign of f: turning one turns the other") {
+TEST_CASE("the sign of [Bt, Dt] is the sign of f: turning one turns the other") {
   Random random = numbers(47);
   const LinearModel system = random_linear(4, 1, 2, 0.85, random);
   const Matrix f = smooth_input(1, 600), z = simulate(system, f, Vector::Zero(4)).y;

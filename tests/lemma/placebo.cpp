@@ -113,7 +113,7 @@ TEST_CASE("the placebo of a true answer names it again, the same whenever it run
   }
 }
 
-TEST_CASE("what comes back is counted name by name; what the catalogue does not hold is not simulated") {
+TEST_CASE("what comes back is counted name by name, what the catalogue does not hold is not simulated") {
   const Plant plant = plant_from(one_mass_text);
   const RecordSet set = measured(plant);
   Diagnosis diagnosis;

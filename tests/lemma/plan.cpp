@@ -127,7 +127,7 @@ TEST_CASE("friction grows against the response as the level falls") {
   CHECK(seen_with(plant, friction, low).size(0) > 1.2 * seen_with(plant, friction, high).size(0));
 }
 
-TEST_CASE("a delay and an actuator's lag look alike below 20 Hz; a band further up tells them better") {
+TEST_CASE("a delay and an actuator's lag look alike below 20 Hz, a band further up tells them better") {
   const Plant plant = plant_from(quarter_car_text);
   const std::vector<FitRecord> records = drive_of(plant, 0.004, 6, 8);
   const std::vector<EffectCandidate> all =
@@ -183,7 +183,7 @@ TEST_CASE("a plan is made for any graph: one mass under a force, a chain with tw
 }
 
 TEST_CASE(
-    "a drive that the plant cannot follow is said to be one; a stronger one of the menu is left with its reason") {
+    "a drive that the plant cannot follow is said to be one, a stronger one of the menu is left with its reason") {
   const Plant plant = plant_from(quarter_car_text);
   std::vector<FitRecord> records = drive_of(plant, 0.004, 4, 4);
   const std::vector<EffectCandidate> candidates = some_of(plant, {"damper_asymmetry"});

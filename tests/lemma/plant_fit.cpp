@@ -32,13 +32,14 @@ struct Measurement {
   Matrix clean;
 };
 
-Measurement measure(const Plant& truth, double seconds, double level, double noise, std::uint64_t cell) {
+Measurement measure(const Plant& truth, double seconds, double level, double noise, std::uint64_t cell,
+                    double sampling_hz = kSamplingHz) {
   Random random = numbers(cell);
-  const Index ratio = hold_samples_per_record_sample(truth, kSamplingHz);
-  const Index samples = static_cast<Index>(seconds * kSamplingHz);
+  const Index ratio = hold_samples_per_record_sample(truth, sampling_hz);
+  const Index samples = static_cast<Index>(seconds * sampling_hz);
   Measurement result;
   result.record.drive = some_drive(truth, samples * ratio, level, random);
-  const GeneratedRecord generated = generate_record(truth, result.record.drive, kSamplingHz);
+  const GeneratedRecord generated = generate_record(truth, result.record.drive, sampling_hz);
   REQUIRE(generated.status == Status::ok);
   result.clean = generated.signal.y;
   result.record.ratio = ratio;
@@ -93,13 +94,13 @@ TEST_CASE("a common factor of masses and forces cannot be seen: its posterior is
   CHECK(factor_variance == Approx(1 / direction.squaredNorm()).epsilon(0.05));
 }
 
-TEST_CASE("an effect's coefficient that starts on the wrong side of zero crosses it; a tolerance's does not") {
+TEST_CASE("an effect's coefficient that starts on the wrong side of zero crosses it, a tolerance's does not") {
   Plant nominal = plant_from(one_mass_text);
   nominal.elements[0].laws.push_back({find_law("polynomial_spring"), {0, 0, 5e5}});
   Plant truth = nominal;
   const std::string cubic = "spring.polynomial_spring.coefficients_3";
   set_parameter(truth, cubic, -4e5);
-  const Measurement m = measure(truth, 6, 4, 0.005, 514);
+  const Measurement m = measure(truth, 6, 4, 0.005, 514, 250);
   const auto fitted = [&](double prior_std) {
     const PlantFit fit = fit_plant(nominal, {{cubic, 3e5, prior_std}}, {m.record}, *make_levenberg_marquardt({}), {30});
     return get_parameter(fit.plant, cubic);
@@ -190,7 +191,7 @@ TEST_CASE("a parameter that would leave its range stays at its end, and the othe
 }
 
 TEST_CASE(
-    "however strong the data, a parameter stays within fifteen tolerances; without a prior it goes where they say") {
+    "however strong the data, a parameter stays within fifteen tolerances, without a prior it goes where they say") {
   const Plant nominal = plant_from(quarter_car_text);
   Plant truth = nominal;
   const std::string name = "suspension.viscous_damper.damping_ns_per_m";

@@ -71,7 +71,7 @@ void check_sums(const std::vector<Part>& parts, double gap) {
 
 }  // namespace
 
-TEST_CASE("a tone in one channel is found in its band and channel; shares sum to 1 and excesses to the gap") {
+TEST_CASE("a tone in one channel is found in its band and channel, shares sum to 1 and excesses to the gap") {
   ProfileCase one(801, 2);
   for (Index k = 0; k < kLong; ++k)
     one.add(1, k, 4 * std::sin(2 * std::numbers::pi * 11.3 * kT * static_cast<double>(k)));

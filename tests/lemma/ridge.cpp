@@ -88,7 +88,7 @@ Matrix error_beyond(const NonlinearModel& model, const NonlinearModel& truth) {
 
 }  // namespace
 
-TEST_CASE("ridge polynomial: T_k(cos a) = cos(k a), or s^k, in ascending degree; beyond 1.5 its tangent") {
+TEST_CASE("ridge polynomial: T_k(cos a) = cos(k a), or s^k, in ascending degree, beyond 1.5 its tangent") {
   for (const bool odd : {false, true})
     for (const bool hardening : {false, true}) {
       const auto map = make_ridge_polynomial(2, 1, {.degree = 7, .odd = odd, .hardening = hardening});
@@ -116,7 +116,7 @@ TEST_CASE("ridge polynomial: T_k(cos a) = cos(k a), or s^k, in ascending degree;
     }
 }
 
-TEST_CASE("active direction: that of a ridge function whatever its linear part; two directions share the variance") {
+TEST_CASE("active direction: that of a ridge function whatever its linear part, two directions share the variance") {
   Random random = numbers(301);
   const Matrix xi = random.normal(3, 400);
   const auto map = make_mlp(3, 1, {.hidden_units = 2});
@@ -152,7 +152,7 @@ TEST_CASE("an even power that the record calls for is kept, and those above it a
 }
 
 TEST_CASE(
-    "a spring that stiffens towards a stop is found with weights of one sign, which hold farther; others keep "
+    "a spring that stiffens towards a stop is found with weights of one sign, which hold farther, others keep "
     "both signs") {
   const RidgeDegrees both{.any = 9, .hardening = 15};
   for (const double way : {1.0, -1.0}) {

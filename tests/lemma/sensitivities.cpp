@@ -220,7 +220,7 @@ TEST_CASE("a change of state coordinates leaves response, Markov parameters and 
   CHECK(spectral_radius(moved.A) == Approx(0.9));
 }
 
-TEST_CASE("eq. (5): a linear part of the map may stand in the map or in A, B, C, D; the response is the same") {
+TEST_CASE("eq. (5): a linear part of the map may stand in the map or in A, B, C, D, the response is the same") {
   Random random = numbers(80);
   NonlinearModel in_map;
   in_map.linear = random_linear(3, 2, 2, 0.6, random);
@@ -245,7 +245,7 @@ TEST_CASE("eq. (5): a linear part of the map may stand in the map or in A, B, C,
   CHECK(relative_difference(free_run(in_matrices, u, x0).y, expected.y) < 1e-12);
 }
 
-TEST_CASE("a stable A is left alone bit for bit; an unstable one keeps its stable poles and reflects the others") {
+TEST_CASE("a stable A is left alone bit for bit, an unstable one keeps its stable poles and reflects the others") {
   Random random = numbers(81);
   const Matrix stable = random_dynamics(5, 0.999, random);
   CHECK(same_bits(stabilised(stable), stable));

@@ -87,7 +87,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a steady error does not drift; a growing one does, and so does a gain that changes its sign on the way") {
+TEST_CASE("a steady error does not drift, a growing one does, and so does a gain that changes its sign on the way") {
   const Index samples = 8000;
   const auto drift_of = [&](auto change) {
     SplitCase one(samples);

@@ -96,7 +96,7 @@ TEST_CASE("a missing damper reads its coefficient times the rate of its element"
 }
 
 TEST_CASE(
-    "a sensor's unknown is measured minus simulated; a place that the plant has not is refused; noise is no force") {
+    "a sensor's unknown is measured minus simulated, a place that the plant has not is refused, noise is no force") {
   const Plant nominal = plant_from(quarter_car_text);
   Plant truth = nominal;
   set_parameter(truth, "sensor:body_acc.gain", 1.1);
