@@ -71,7 +71,8 @@ Json diagnosis(const Folder& folder, std::string& out) {
 
 }  // namespace
 
-TEST_CASE("an asymmetric damper is named at its element, closes the gap, and the corrected plant is a plant file") {
+TEST_CASE("an asymmetric damper is named at its element, closes the gap, and the corrected plant is a plant file",
+          "[slow]") {
   const Folder folder;
   const Plant nominal = plant_from(quarter_car_text);
   Plant truth = nominal;
