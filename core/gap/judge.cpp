@@ -187,6 +187,7 @@ Hypothesis name_first(const GapCase& c, const std::vector<Hypothesis>& singles, 
                       Diagnosis& diagnosis) {
   diagnosis.named = {rivals.front().name()};
   diagnosis.outcome = GapOutcome::effect;
+  add_locations(rivals, diagnosis);
   diagnosis.suspects.clear();
   for (const Rival& rival : rivals)
     if (!rival.is_parameter) diagnosis.suspects.push_back(suspect_of(c, rival, singles[rival.hypothesis]));
