@@ -10,25 +10,39 @@ enum { damping, dead_travel, side, onset };
 
 constexpr double kRefill = 0.2;      // of the dead travel: what the way back takes to start it anew
 constexpr double kRefillS = 2.5e-4;  // and the time that takes at least, so that a short travel is no stiff equation
+constexpr double kFull = 4;          // dead travels after which the chamber is full: a longer stroke must not count,
+                                     // or a short way back would not undo it
 
 // Rate toward the side on which the chamber runs empty.
 double filling(std::span<const double> p, double v) { return std::copysign(1.0, p[side]) * v; }
 
-/// Share of the force that is missing after z dead travels.
-double missing(std::span<const double> p, double z) { return 1 / (1 + std::pow(std::max(z, 0.0), p[onset])); }
+double unfilled(std::span<const double> p, double z) { return 1 / (1 + std::pow(std::max(z, 0.0), p[onset])); }
+
+/// Share of the force that is missing after z dead travels: 1 at 0, 0 where the chamber is full.
+double missing(std::span<const double> p, double z) {
+  const double left = unfilled(p, kFull);
+  return z < kFull ? (unfilled(p, z) - left) / (1 - left) : 0;
+}
+
+double missing_slope(std::span<const double> p, double z) {
+  if (z <= 0 || z >= kFull) return 0;
+  const double m = unfilled(p, z);
+  return -p[onset] * m * (1 - m) / z / (1 - unfilled(p, kFull));
+}
 
 double refill(std::span<const double> p, double v) { return kRefill * p[dead_travel] + kRefillS * std::abs(v); }
 
 }  // namespace
 
-// The state counts the stroke since the last reversal in dead travels; the way back takes it to 0. Beside a viscous
-// damper of the same damping the two are d v z^n / (1 + z^n) on that side and d v on the other.
+// The state counts the stroke since the last reversal in dead travels until the chamber is full; the way back takes it
+// to 0. Beside a viscous damper of the same damping the two are about d v z^n / (1 + z^n) on that side, and d v on the
+// other.
 LawKind cavitating_damper() {
   LawKind kind;
   kind.name = "cavitating_damper";
   kind.equation =
-      "F = -d v / (1 + z^n) and z' = s v / x_g where s v > 0, else F = 0 and z' = s v z / (x_g / 5 + 0.25 ms |v|), "
-      "beside a viscous damper d";
+      "F = -d v (m(z) - m(4)) / (1 - m(4)), m = 1 / (1 + z^n), and z' = s v / x_g up to z = 4 where s v > 0, else "
+      "F = 0 and z' = s v z / (x_g / 5 + 0.25 ms |v|), beside a viscous damper d";
   kind.source = "vapour and air in a twin-tube damper; dead travel after reversal";
   kind.parameters = {
       {.name = "damping_ns_per_m",
@@ -63,14 +77,16 @@ LawKind cavitating_damper() {
   kind.memory.force = [](std::span<const double> p, double, double v, const double* z, double& f, double* z_rate) {
     const double rate = filling(p, v);
     f = rate > 0 ? -p[damping] * v * missing(p, z[0]) : 0;
-    z_rate[0] = rate > 0 ? rate / p[dead_travel] : rate * z[0] / refill(p, v);
+    z_rate[0] = rate <= 0 ? rate * z[0] / refill(p, v) : z[0] < kFull ? rate / p[dead_travel] : 0;
     return true;
   };
   kind.memory.slopes = [](std::span<const double> p, double, double v, const double* z, MemorySlopes& s) {
-    const double rate = filling(p, v), sign = filling(p, 1), m = missing(p, z[0]), back = refill(p, v);
-    s.df_dv = rate > 0 ? -p[damping] * m : 0;
-    s.df_dz[0] = rate > 0 && z[0] > 0 ? p[damping] * v * p[onset] * m * (1 - m) / z[0] : 0;
-    s.dz_dv[0] = rate > 0 ? sign / p[dead_travel] : sign * z[0] * kRefill * p[dead_travel] / (back * back);
+    const double rate = filling(p, v), sign = filling(p, 1), back = refill(p, v);
+    s.df_dv = rate > 0 ? -p[damping] * missing(p, z[0]) : 0;
+    s.df_dz[0] = rate > 0 ? -p[damping] * v * missing_slope(p, z[0]) : 0;
+    s.dz_dv[0] = rate <= 0      ? sign * z[0] * kRefill * p[dead_travel] / (back * back)
+                 : z[0] < kFull ? sign / p[dead_travel]
+                                : 0;
     s.dz_dz[0] = rate > 0 ? 0 : rate / back;
     return true;
   };
