@@ -36,7 +36,10 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
   }
   const Index block = std::max<Index>(1, std::llround(options.block_s * set.sampling_hz));
   const std::vector<FitRecord> whole = out.records;  // what is fitted; the start is not judged
-  for (FitRecord& record : out.records) record.skip = judged_from(record, block);
+  for (FitRecord& record : out.records) {
+    record.skip = fitted_from(record, block);
+    record.skip = judged_from(record, block);
+  }
   ProfileOptions bands;
   bands.band_edges_hz = band_edges(plants[0], set.sampling_hz / 2);
   if (floor.source == FloorSource::repeats) bands.noise_shares = noise_shares(set, bands.band_edges_hz);

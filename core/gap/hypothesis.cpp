@@ -191,6 +191,7 @@ GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& flo
       throw UserError(fmt::format("{}: expected at least {:g} s to diagnose, found {:g} s", measured.name,
                                   static_cast<double>(record.skip + 4 * data.block) / set.sampling_hz,
                                   static_cast<double>(record.y.cols()) / set.sampling_hz));
+    record.skip = fitted_from(record, data.block);
     data.samples += static_cast<double>(record.y.rows() * (record.y.cols() - record.skip));
     (measured.role == "validation" ? data.held_out : data.fitted).push_back(std::move(record));
   }

@@ -24,6 +24,7 @@ constexpr double kStep = 1e-4;
 constexpr double kRounding = 1e-9;  // of a scale
 constexpr Index kVisited = 100;     // operating points a record
 constexpr Index kLong = 8;          // blocks
+constexpr Index kStart = 20;        // of a block
 constexpr std::size_t kGroups = 4;  // of the columns of a Jacobian: each group simulates the plant once more
 constexpr double kForgotten = 14;   // e-folds after which an initial state counts as forgotten
 
@@ -343,6 +344,10 @@ FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef we
   record.skip = signal.skip;
   record.weight_std = weight_std;
   return record;
+}
+
+Index fitted_from(const FitRecord& record, Index block) {
+  return record.y.cols() >= record.skip + kLong * block ? record.skip + block / kStart : record.skip;
 }
 
 Index judged_from(const FitRecord& record, Index block) {

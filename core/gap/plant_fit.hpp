@@ -49,6 +49,13 @@ Vector whole_state(const Plant& plant, const Vector& state);
 /// UserError as drive_of_record and hold_samples_per_record_sample.
 FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std);
 
+/// First sample of a record that a fit counts. Memories of laws start at rest where the record does although the rig
+/// was moving, and an accelerometer sees it: a damper without its memory costs the first sample more than the rest of a
+/// small gap. A twentieth of a block of a long record is left out, no more, since the rest has to tell the initial
+/// state.
+/// @param block samples; of a record of fewer than eight blocks all count
+Index fitted_from(const FitRecord& record, Index block);
+
 /// First sample of a record that says how well a plant does: the first block of a long record does not. Memories of
 /// laws and the masses of an effect start at rest there although the rig was moving, and no fit finds their states.
 /// @param block samples; of a record of fewer than eight blocks all count

@@ -1,4 +1,4 @@
-// Hypotheses whose plant follows some records and not others.
+// Hypotheses whose plant follows some records and not others, or only from some time on.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -12,6 +12,31 @@
 
 using namespace wheelhop;
 using namespace wheelhop::test;
+
+namespace {
+
+/// Records of a plant that was moving before they began, without noise, at a floor of 1 % of each channel.
+RecordSet in_motion(const Plant& plant, Index samples) {
+  const Index ratio = 5, lead = 4000;
+  Random random = numbers(631);
+  RecordSet set;
+  set.sampling_hz = plant.hold_hz() / static_cast<double>(ratio);
+  for (const char* role : {"estimation", "validation"}) {
+    Matrix drive = Matrix::Zero(1, (lead + samples) * ratio);
+    for (Index k = ratio; k < drive.cols(); ++k)  // held over a sample of the record
+      drive(0, k) = k % ratio == 0 ? 0.98 * drive(0, k - 1) + 1e-3 * random.normal() : drive(0, k - 1);
+    GeneratedRecord made = generate_record(plant, drive, set.sampling_hz, {.substeps = stable_substeps(plant)});
+    REQUIRE(made.status == Status::ok);
+    made.signal.u = made.signal.u.rightCols(samples).eval();
+    made.signal.y = made.signal.y.rightCols(samples).eval();
+    set.records.push_back({role, role, "", 0, made.signal});
+  }
+  for (Index i = 0; i < plant.sensor_count(); ++i)
+    set.noise_std[plant.sensors[static_cast<std::size_t>(i)].name] = 0.01 * rms(set.records[0].signal.y)(i);
+  return set;
+}
+
+}  // namespace
 
 TEST_CASE("a plant that cannot follow the held-out drive alone has no finite chi2 and is nobody's rival") {
   const Plant plant = plant_from(quarter_car_text);
@@ -55,22 +80,8 @@ TEST_CASE("a memory that was at work before a record began is no gap, and no sho
   Plant plant = plant_from(quarter_car_text);
   plant.inputs[0].interpolation = "zoh";
   plant.elements[0].laws.push_back({find_law("maxwell_branch"), {2e4, 0.3}});
-  const Index ratio = 5, lead = 4000, samples = 4000, block = 400;
-  Random random = numbers(631);
-  RecordSet set;
-  set.sampling_hz = plant.hold_hz() / static_cast<double>(ratio);
-  for (const char* role : {"estimation", "validation"}) {
-    Matrix drive = Matrix::Zero(1, (lead + samples) * ratio);
-    for (Index k = ratio; k < drive.cols(); ++k)  // held over a sample of the record
-      drive(0, k) = k % ratio == 0 ? 0.98 * drive(0, k - 1) + 1e-3 * random.normal() : drive(0, k - 1);
-    GeneratedRecord made = generate_record(plant, drive, set.sampling_hz);
-    REQUIRE(made.status == Status::ok);
-    made.signal.u = made.signal.u.rightCols(samples).eval();
-    made.signal.y = made.signal.y.rightCols(samples).eval();
-    set.records.push_back({role, role, "", 0, made.signal});
-  }
-  for (Index i = 0; i < plant.sensor_count(); ++i)
-    set.noise_std[plant.sensors[static_cast<std::size_t>(i)].name] = 1e-4 * set.records[0].signal.y.row(i).norm();
+  const Index samples = 4000, block = 400;
+  const RecordSet set = in_motion(plant, samples);
   const auto solver = make_levenberg_marquardt({});
   GapData data = gap_data(plant, set, noise_floor(set), static_cast<double>(block) / set.sampling_hz);
   const GapSolvers solvers{*solver, *solver, *solver};
@@ -81,6 +92,31 @@ TEST_CASE("a memory that was at work before a record began is no gap, and no sho
   CHECK(truth.stage.blocks.size() == samples / block - 1);
   CHECK(truth.stage.misfit < 0.1 * truth.held_out.misfit);
   FitRecord record = data.held_out.front();
-  CHECK(judged_from(record, block) == block);
-  CHECK(judged_from(record, samples / 7) == 0);
+  CHECK(record.skip == block / 20);
+  record.skip = 7;
+  CHECK(fitted_from(record, block) == 7 + block / 20);
+  CHECK(judged_from(record, block) == 7 + block);
+  CHECK(fitted_from(record, samples / 7) == 7);
+  CHECK(judged_from(record, samples / 7) == 7);
+}
+
+TEST_CASE("a short memory that was at work before a record began bends no parameter") {
+  for (const auto& [law, values] :
+       std::vector<std::pair<std::string, std::vector<double>>>{{"cavitating_damper", {850, 3e-5, 1, 20}},
+                                                                {"damper_mount", {850, 0.005}},
+                                                                {"maxwell_branch", {2e5, 0.005}}}) {
+    Plant plant = plant_from(quarter_car_text);
+    plant.inputs[0].interpolation = "zoh";
+    plant.elements[0].laws.push_back({find_law(law), values, 1e-6});
+    CAPTURE(law);
+    const RecordSet set = in_motion(plant, 4000);
+    const auto solver = make_levenberg_marquardt({});
+    const GapData data = gap_data(plant, set, noise_floor(set), 2);
+    const GapSolvers solvers{*solver, *solver, *solver};
+    const CandidateList candidates = effect_candidates;
+    const Study study{plant, data, solvers, candidates, tolerance_parameters(plant)};
+    const Hypothesis home = fit_hypothesis(study, plant, study.tolerances);
+    REQUIRE_FALSE(home.fit.error.empty());
+    CHECK(home.fit.theta.cwiseAbs().maxCoeff() < 0.1);
+  }
 }
