@@ -69,9 +69,15 @@ std::string answer(const Diagnosis& diagnosis) {
       diagnosis.closure.high < kSeen
           ? "explains it where the drive reaches it; the validation records hardly do, so that they do not show how far"
           : "removes " + percent(diagnosis.closure) + " of what re-tuning leaves" + shares;
-  std::string text =
-      fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) {}.", gap, diagnosis.locations.front().location,
-                  diagnosis.locations.front().probability, names, best().probability, effect);
+  std::string places = diagnosis.locations.front().location;
+  double sure = diagnosis.locations.front().probability;
+  for (const LocationProbability& other : diagnosis.locations)  // of several effects, those of the others
+    if (other.location != diagnosis.locations.front().location && names.ends_with("@" + other.location)) {
+      places += " and " + other.location;
+      sure = std::min(sure, other.probability);
+    }
+  std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) {}.", gap, places, sure, names,
+                                 best().probability, effect);
   const std::string it = diagnosis.named.size() > 1 ? " One of the two" : " It";
   for (const std::string& other : diagnosis.ambiguous_with) text += it + " could also be " + other + ".";
   if (!diagnosis.separating.test.empty())

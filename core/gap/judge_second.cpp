@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <set>
 
 namespace wheelhop {
 namespace {
@@ -12,12 +14,24 @@ constexpr double kSecondThere = 0.7;  // likewise, where the first one stands
 constexpr double kFarBehind = 3;      // of what the best first effect leaves
 constexpr std::size_t kBeam = 3;      // first effects to which a second is tried
 
+/// The first effects to which a second is tried: the most probable ones and, in place of the last of these, the one
+/// that leaves least. Alone, the larger of two effects at two places may look improbable for its place.
+std::vector<std::size_t> firsts(const std::vector<Rival>& rivals) {
+  std::vector<std::size_t> list;
+  for (std::size_t i = 0; i < rivals.size() && list.size() < kBeam; ++i)
+    if (!rivals[i].is_parameter) list.push_back(i);
+  std::size_t least = list.empty() ? 0 : list.front();
+  for (std::size_t i = 0; i < rivals.size(); ++i)
+    if (!rivals[i].is_parameter && rivals[i].chi2 < rivals[least].chi2) least = i;
+  if (!list.empty() && std::find(list.begin(), list.end(), least) == list.end()) list.back() = least;
+  return list;
+}
+
 /// Every second effect for each of the best first ones.
 std::vector<Hypothesis> pairs(const GapCase& c, std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals,
                               Changes& changes) {
   std::vector<Hypothesis> all;
-  for (std::size_t i = 0; i < std::min(kBeam, rivals.size()); ++i) {
-    if (rivals[i].is_parameter) continue;
+  for (const std::size_t i : firsts(rivals)) {
     Hypothesis& first = singles[rivals[i].hypothesis];
     // Of two effects either alone leaves about as much as the other; what leaves far more is no part of the answer.
     if (first.chi2 - c.floor_chi2() > kFarBehind * (singles.front().chi2 - c.floor_chi2())) continue;
@@ -35,6 +49,24 @@ std::vector<Hypothesis> pairs(const GapCase& c, std::vector<Hypothesis>& singles
   }
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.chi2 < b.chi2; });
   return all;
+}
+
+/// What pairs say of locations: each counts for either of its effects. That of the effect named first leads.
+void locate_pairs(const std::vector<Hypothesis>& pairs, const std::vector<Rival>& rivals, Diagnosis& diagnosis) {
+  std::map<std::string, double> sums;
+  for (const Rival& rival : rivals) {
+    std::set<std::string> places;
+    for (const EffectCandidate& effect : pairs[rival.hypothesis].effects) places.insert(effect.location);
+    for (const std::string& place : places) sums[place] += rival.probability;
+  }
+  diagnosis.locations.clear();
+  for (const auto& [location, sum] : sums) diagnosis.locations.push_back({location, std::min(sum, kLimit)});
+  std::stable_sort(diagnosis.locations.begin(), diagnosis.locations.end(),
+                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
+  const std::string& name = diagnosis.named.front();
+  const auto own = std::find_if(diagnosis.locations.begin(), diagnosis.locations.end(),
+                                [&](const auto& place) { return name.ends_with("@" + place.location); });
+  if (own != diagnosis.locations.end()) std::rotate(diagnosis.locations.begin(), own, own + 1);
 }
 
 /// Puts the suspect that is named first at the head of the list.
@@ -88,6 +120,7 @@ void add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<
   diagnosis.named = {name_of(pair.effects[0]), name_of(pair.effects[1])};
   diagnosis.outcome = GapOutcome::several;
   lead(diagnosis);
+  locate_pairs(seconds, others, diagnosis);
   // A pair stands there in either order, and alone its two effects had shared what they now have together.
   const auto sure_of = [&](const EffectCandidate& effect) {
     double sum = 0;
