@@ -1,4 +1,5 @@
 // `diagnose` on records of known plants: the right effect at the right place, no name where nothing is missing.
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -163,6 +164,24 @@ TEST_CASE("an effect that the validation record never reaches is named all the s
   measure(folder, nominal, truth, 0.01, 0, 0.5);
   std::string out;
   CHECK(diagnosis(folder, out).at("which").at("named") == Json::array({"saturation@actuator"}));
+}
+
+TEST_CASE("two sensors at fault are both named, each at its place", "[slow]") {
+  const Folder folder;
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  truth.sensors[0].path.drift_per_s = 3e-4;
+  truth.sensors[1].path.lag.time_constant_s = 0.004;
+  measure(folder, nominal, truth, 0.01);
+  std::string out;
+  const Json d = diagnosis(folder, out);
+  CHECK(d.at("which").at("outcome") == "several");
+  const Json& named = d.at("which").at("named");
+  for (const char* name : {"drift@sensor:travel", "sensor_lag@sensor:body_acc"})
+    CHECK(std::count(named.begin(), named.end(), name) == 1);
+  const std::string first = named[0].get<std::string>();
+  CHECK(first.ends_with("@" + d.at("where").at("location").get<std::string>()));
+  CHECK_THAT(out, Contains("sensor:travel and sensor:body_acc") || Contains("sensor:body_acc and sensor:travel"));
 }
 
 TEST_CASE("two wrong parameters are not told as one", "[slow]") {
