@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kSecond = 0.5;       // share of what is left that a second effect has to remove
 constexpr double kSecondThere = 0.7;  // likewise, where the first one stands
+constexpr double kPromising = 0.025;  // and that the screen has to expect: of a mode it knows a wrong frequency alone
 constexpr double kFarBehind = 3;      // of what the best first effect leaves
 constexpr std::size_t kBeam = 3;      // first effects to which a second is tried
 
@@ -41,7 +42,7 @@ std::vector<Hypothesis> pairs(const GapCase& c, std::vector<Hypothesis>& singles
     base.held_out =
         fit_plant(first.fit.plant, {}, c.study.data.held_out, c.study.solvers.quick, {2, &c.retuned.held_out});
     if (base.held_out.error.empty()) continue;
-    const double least = kWorthFitting * kSecond * (first.chi2 - c.floor_chi2());
+    const double least = kPromising * (first.chi2 - c.floor_chi2());
     for (Hypothesis& pair :
          extend(c.study, base,
                 {.shortlist = 5, .worth = 0.2, .least = least, .polished = 1, .without = rivals[i].name()}, changes))
@@ -95,8 +96,12 @@ void add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<
     return alone.chi2 - pair.chi2 > std::max((one_place ? kSecondThere : kSecond) * remains, notice);
   };
   if (!needed(answer)) return;
+  // The same form, not only the same name: the pair's values have to be those of its parameters.
   const auto first = std::find_if(singles.begin(), singles.end(), [&](const Hypothesis& single) {
-    return single.fit.jacobian.size() > 0 && name_of(single.effects.back()) == name_of(pair.effects[0]);
+    return single.fit.jacobian.size() > 0 && name_of(single.effects.back()) == name_of(pair.effects[0]) &&
+           single.parameters.size() <= pair.parameters.size() &&
+           std::equal(single.parameters.begin(), single.parameters.end(), pair.parameters.begin(),
+                      [](const FitParameter& a, const FitParameter& b) { return a.name == b.name; });
   });
   if (first != singles.end()) {
     Hypothesis alone = fit_at(c.study, *first, pair.fit.plant);
