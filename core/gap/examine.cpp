@@ -35,18 +35,17 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
     out.names = fitted_names;
   }
   const Index block = std::max<Index>(1, std::llround(options.block_s * set.sampling_hz));
-  const std::vector<FitRecord> whole = out.records;  // what is fitted; the start is not judged
-  for (FitRecord& record : out.records) {
-    record.skip = fitted_from(record, block);
-    record.skip = judged_from(record, block);
-  }
+  const std::vector<FitRecord> whole = out.records;
+  for (FitRecord& record : out.records) record.skip = fitted_from(record, block);
+  const std::vector<FitRecord> counted = out.records;  // by the fits
+  for (FitRecord& record : out.records) record.skip = judged_from(record, block);
   ProfileOptions bands;
   bands.band_edges_hz = band_edges(plants[0], set.sampling_hz / 2);
   if (floor.source == FloorSource::repeats) bands.noise_shares = noise_shares(set, bands.band_edges_hz);
   const FitOptions states_alone{.iterations = options.iterations, .linearise = false};
   tbb::parallel_for(std::size_t{0}, plants.size(), [&](std::size_t s) {
     StageExamination& stage = out.stages[s];
-    stage.fit = fit_plant(plants[s], {}, whole, solver, states_alone);
+    stage.fit = fit_plant(plants[s], {}, counted, solver, states_alone);
     stage.ran = stage.fit.error.size() == out.records.size();
     if (!stage.ran) return;
     stage.motion = trajectories(stage.fit, out.records);
