@@ -1,5 +1,7 @@
 #include "core/gap/diagnose.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -51,8 +53,14 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   if (delivered.stage.blocks.size() == 0 || retuned.stage.blocks.size() == 0) {
     diagnosis.status = Status::outside_domain;
     diagnosis.outcome = GapOutcome::insufficient;
-    diagnosis.message = "the plant as delivered cannot follow the drives of the records: " +
-                        (delivered.stage.blocks.size() == 0 ? delivered : retuned).fit.solution.message;
+    std::string largest;
+    for (std::size_t i = 0; i < plant.inputs.size(); ++i) {
+      const double size = data.fitted.front().drive.row(static_cast<Index>(i)).cwiseAbs().maxCoeff();
+      largest += fmt::format("{}{} {:.3g} {}", i == 0 ? "" : ", ", plant.inputs[i].name, size, plant.inputs[i].unit);
+    }
+    diagnosis.message = fmt::format(
+        "the plant {} cannot follow the drives of the records, which reach {}: is that the unit of the file?",
+        delivered.stage.blocks.size() == 0 ? "as delivered" : "as re-tuned", largest);
     return diagnosis;
   }
   diagnosis.retuned_plant = retuned.fit.plant;

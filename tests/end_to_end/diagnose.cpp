@@ -230,3 +230,20 @@ TEST_CASE("records that are too short or do not fit the plant are refused with t
   CHECK_THAT(said.err, Contains("1.5 s"));
   CHECK_FALSE(std::filesystem::exists(folder / "d.json"));
 }
+
+TEST_CASE("a drive in another unit than the plant's is no gap: its size is told, and no effect named") {
+  const Folder folder;
+  const Plant nominal = plant_from(quarter_car_text);
+  measure(folder, nominal, nominal, 0.02);
+  RecordSet set = load_records(folder / "records.json", nominal.input_channels(), nominal.output_channels());
+  for (Record& record : set.records) record.signal.u *= 1000;  // mm
+  write_records(folder.path(), set);
+  const Said said =
+      run_program("diagnose --quiet --plant '" + (folder / "plant.json").string() + "' --out '" +
+                  (folder / "d.json").string() + "' --records '" + (folder / "records.json").string() + "'");
+  CHECK(said.status == 1);
+  CHECK_THAT(said.err, Contains("road") && Contains(" m: is that the unit"));
+  const Json d = parse_json(read_file(folder / "d.json"), "d.json");
+  CHECK(d.at("verdict") == "insufficient");
+  CHECK(d.at("which").at("named").empty());
+}
