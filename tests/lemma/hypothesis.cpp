@@ -100,7 +100,7 @@ TEST_CASE("a memory that was at work before a record began is no gap, and no sho
   CHECK(judged_from(record, samples / 7) == 7);
 }
 
-TEST_CASE("a short memory that was at work before a record began bends no parameter") {
+TEST_CASE("a short memory that was at work before a record began bends no parameter", "[slow]") {
   for (const auto& [law, values] :
        std::vector<std::pair<std::string, std::vector<double>>>{{"cavitating_damper", {850, 3e-5, 1, 20}},
                                                                 {"damper_mount", {850, 0.005}},
