@@ -71,11 +71,13 @@ std::string answer(const Diagnosis& diagnosis) {
           : "removes " + percent(diagnosis.closure) + " of what re-tuning leaves" + shares;
   std::string places = diagnosis.locations.front().location;
   double sure = diagnosis.locations.front().probability;
-  for (const LocationProbability& other : diagnosis.locations)  // of several effects, those of the others
-    if (other.location != diagnosis.locations.front().location && names.ends_with("@" + other.location)) {
-      places += " and " + other.location;
-      sure = std::min(sure, other.probability);
-    }
+  for (std::size_t i = 1; i < diagnosis.locations.size(); ++i) {  // those of further effects that are named
+    const LocationProbability& other = diagnosis.locations[i];
+    const auto there = [&](const std::string& name) { return name.ends_with("@" + other.location); };
+    if (std::none_of(diagnosis.named.begin(), diagnosis.named.end(), there)) continue;
+    places += " and " + other.location;
+    sure = std::min(sure, other.probability);
+  }
   std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) {}.", gap, places, sure, names,
                                  best().probability, effect);
   const std::string it = diagnosis.named.size() > 1 ? " One of the two" : " It";

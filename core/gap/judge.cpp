@@ -4,28 +4,28 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "core/gap/shares.hpp"
 
 namespace wheelhop {
 namespace {
 
-constexpr double kExplains = 0.6;      // closure below which no family of the catalogue fits, and
-constexpr double kSurelyNot = 0.8;     // one that lies below this with all of its interval, or
-constexpr double kNotInPath = 0.9;     // below this, where the forms are few: a bias is a bias on every rig
-constexpr double kExplainsWell = 0.9;  // closure from which only a far better place speaks against it
-constexpr double kElsewhere = 1.5;     // leftover over that of the best place, from which the gap enters elsewhere
-constexpr double kFarElsewhere = 4;    // likewise, where the effect explains the gap well
-constexpr double kOfPlace = 4;         // what the log of that ratio counts in a rival's log p
-constexpr double kHeld = 0.97;         // probability that the catalogue holds what explains a gap whole ...
-constexpr double kHeldSlope = 1.2;     // ... and what a share that stays unexplained takes from it
-constexpr double kWorthSecond = 0.06;  // share of the gap that must be left for a second effect to be looked for
-constexpr double kWorthPair = 0.1;     // and that the first must have removed: of two effects one is the larger
-constexpr double kWorthFreeing = 2;    // surprise of a parameter from which it is fitted without its tolerance
-constexpr double kStandsOut = 0.75;    // probability from which one parameter among nearer ones is named
-constexpr double kNotHome = 4;         // surprise from which one wrong parameter is not all that is wrong
-constexpr double kConsidered = 0.05;   // probability from which a rival is named
+constexpr double kExplains = 0.6;       // closure below which no family of the catalogue fits, and
+constexpr double kSurelyNot = 0.8;      // one that lies below this with all of its interval, or
+constexpr double kNotInPath = 0.9;      // below this, where the forms are few: a bias is a bias on every rig
+constexpr double kExplainsWell = 0.9;   // closure from which only a far better place speaks against it
+constexpr double kElsewhere = 1.5;      // leftover over that of the best place, from which the gap enters elsewhere
+constexpr double kFarElsewhere = 4;     // likewise, where the effect explains the gap well
+constexpr double kOfPlace = 4;          // what the log of that ratio counts in a rival's log p
+constexpr double kHeld = 0.97;          // probability that the catalogue holds what explains a gap whole ...
+constexpr double kHeldSlope = 1.2;      // ... and what a share that stays unexplained takes from it
+constexpr double kWorthFitting = 0.25;  // of kNotice, what the screen must expect of the best for any to be fitted
+constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for
+constexpr double kWorthPair = 0.1;      // and that the first must have removed: of two effects one is the larger
+constexpr double kWorthFreeing = 2;     // surprise of a parameter from which it is fitted without its tolerance
+constexpr double kStandsOut = 0.75;     // probability from which one parameter among nearer ones is named
+constexpr double kNotHome = 4;          // surprise from which one wrong parameter is not all that is wrong
+constexpr double kConsidered = 0.05;    // probability from which a rival is named
 // Log odds of an effect that is named, as they turned out to be: a + b log odds, and no more than those of kSurest.
 // Chosen by eye from 754 answers on five generated sets, whose probabilities in seven bins stood beside the share that
 // was right: 0.50 and 0.61, 0.63 and 0.77, 0.76 and 0.89, 0.85 and 1.00, 0.93 and 0.99, 0.96 and 0.99.
@@ -34,10 +34,7 @@ constexpr double kCalibrationShift = 0.4, kCalibrationSlope = 1.5, kSurest = 0.9
 void add_locations(const std::vector<Rival>& rivals, Diagnosis& diagnosis) {
   std::map<std::string, double> sums;
   for (const Rival& rival : rivals) sums[rival.location] += rival.probability;
-  diagnosis.locations.clear();
-  for (const auto& [location, sum] : sums) diagnosis.locations.push_back({location, std::min(sum, kLimit)});
-  std::stable_sort(diagnosis.locations.begin(), diagnosis.locations.end(),
-                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
+  diagnosis.locations = ranked(sums);
 }
 
 /// Parameters that are out of their tolerances although that of the rival is free, as "NAME (-7.4 tolerances)", or
@@ -148,6 +145,14 @@ void calibrate(Diagnosis& diagnosis) {
 }
 
 }  // namespace
+
+std::vector<LocationProbability> ranked(const std::map<std::string, double>& sums) {
+  std::vector<LocationProbability> list;
+  for (const auto& [location, sum] : sums) list.push_back({location, std::min(sum, kLimit)});
+  std::stable_sort(list.begin(), list.end(),
+                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
+  return list;
+}
 
 void correct_nothing(const GapCase& c, Diagnosis& diagnosis) {
   diagnosis.corrected = c.retuned.stage;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,6 @@ namespace wheelhop {
 
 /// Fall of chi2, over the noise's colour, from which an effect is more than chance.
 inline constexpr double kNotice = 40;
-/// Of a fall of chi2 that an effect has to bring, what the screen must expect of the best for any to be fitted.
-inline constexpr double kWorthFitting = 0.25;
 /// Misfit - 1 below which an unexplained gap is no ground for any statement.
 inline constexpr double kTooSmall = 0.1;
 /// Surprise of a parameter from which it is out of tolerance; chi2, held-out records included and residuals over the
@@ -59,6 +58,8 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis);
 /// if there is none.
 bool name_rounding(const GapCase& c, Diagnosis& diagnosis);
 
+/// Locations by the sum of the probabilities that speak for each, at most kLimit, in descending order.
+std::vector<LocationProbability> ranked(const std::map<std::string, double>& sums);
 /// Names the most probable rival, an effect, alone. @return its hypothesis
 Hypothesis name_first(const GapCase& c, const std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals,
                       Diagnosis& diagnosis);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <set>
 
 namespace wheelhop {
@@ -60,10 +59,7 @@ void locate_pairs(const std::vector<Hypothesis>& pairs, const std::vector<Rival>
     for (const EffectCandidate& effect : pairs[rival.hypothesis].effects) places.insert(effect.location);
     for (const std::string& place : places) sums[place] += rival.probability;
   }
-  diagnosis.locations.clear();
-  for (const auto& [location, sum] : sums) diagnosis.locations.push_back({location, std::min(sum, kLimit)});
-  std::stable_sort(diagnosis.locations.begin(), diagnosis.locations.end(),
-                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
+  diagnosis.locations = ranked(sums);
   const std::string& name = diagnosis.named.front();
   const auto own = std::find_if(diagnosis.locations.begin(), diagnosis.locations.end(),
                                 [&](const auto& place) { return name.ends_with("@" + place.location); });
