@@ -202,10 +202,13 @@ void print_examination(const Examination& examination) {
     fmt::print("  the unknown signal at {}: {:.3g} {} RMS, about {:.2g} {} of it noise\n", unknown.location,
                unknown.rms, unknown.unit, unknown.noise_rms, unknown.unit);
   const BeyondEnvelope& beyond = examination.beyond;
-  if (examination.beyond_known && beyond.time_share > 0)
-    fmt::print(
-        "  beyond the travels and rates of the fitted records ({:.1f} % of the time) the answer removes {:.0f} %{}\n",
-        100 * beyond.time_share, 100 * beyond.outside.value, beyond.flagged ? ": do not trust it there" : "");
+  if (!examination.beyond_known || beyond.time_share == 0) return;
+  fmt::print("  beyond the travels and rates of the fitted records ({:.1f} % of the time) ", 100 * beyond.time_share);
+  if (std::isnan(beyond.outside.value))
+    fmt::print("nothing is above the noise\n");
+  else
+    fmt::print("the answer removes {:.0f} %{}\n", 100 * beyond.outside.value,
+               beyond.flagged ? ": do not trust it there" : "");
 }
 
 }  // namespace wheelhop

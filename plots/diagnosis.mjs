@@ -74,6 +74,11 @@ function linesText(lines) {
   return `${percent(lines.linear)} linear${lines.odd === null ? ' or odd' : `, ${percent(lines.odd)} odd`}, ${percent(lines.even)} even (period ${short(lines.period_s)} s).`;
 }
 
+function beyondText({ closure, closure_inside: inside, flagged }) {
+  if (!Number.isFinite(closure)) return 'nothing is above the noise there.';
+  return `there the answer removes ${percent(closure)}, inside ${percent(inside)}${flagged ? '. Do not trust it there' : ''}.`;
+}
+
 function kind({ where, how_far }, stage) {
   const retuned = stage === 'retuned' && where.after_retuning;
   const own = retuned ? where.after_retuning : where;
@@ -85,7 +90,7 @@ function kind({ where, how_far }, stage) {
     terms.push(['Stands out', `${percent(share)} of it in ${percent(time_share)} of the time, at ${variable.replace('.', ' ')} ${short(from)} to ${short(to)} ${variable.endsWith('velocity') ? 'm/s' : 'm'}.`]);
   const beyond = how_far.beyond_envelope;
   if (beyond && beyond.time_share > 0)
-    terms.push(['Beyond the fitted range', `${percent(beyond.time_share)} of the time; there the answer removes ${percent(beyond.closure)}, inside ${percent(beyond.closure_inside)}${beyond.flagged ? '. Do not trust it there' : ''}.`]);
+    terms.push(['Beyond the fitted range', `${percent(beyond.time_share)} of the time; ${beyondText(beyond)}`]);
   if (terms.length === 0) return '';
   return `<h2>What kind of gap</h2>
 <p>${retuned ? 'Of the gap that re-tuning leaves.' : 'Of the gap as delivered.'}</p>

@@ -75,9 +75,10 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
   tbb::parallel_invoke(find_ceiling, reconstruct, [&] {
     if (asks_beyond) training = fit_plant(plants[2], {}, fitted, solver, states_alone);
   });
-  if (!asks_beyond || training.error.size() != fitted.size()) return out;
+  const int before = telling_stage(out);
+  if (!asks_beyond || before < 0 || training.error.size() != fitted.size()) return out;
   out.beyond_known = true;
-  out.beyond = beyond_envelope(out.stages[1].fit, out.stages[2].fit, out.records,
+  out.beyond = beyond_envelope(out.stages[static_cast<std::size_t>(before)].fit, out.stages[2].fit, out.records,
                                motion_envelope(trajectories(training, fitted), fitted), out.stages[2].motion, block,
                                {options.draws, floor.power_error}, random);
   return out;

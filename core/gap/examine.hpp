@@ -33,8 +33,8 @@ struct Examination {
   std::vector<FitRecord> records;  ///< held out
   double sample_time_s = 0;
   std::array<StageExamination, 3> stages;
-  bool beyond_known = false;  ///< false without held-out records, or where a stage did not run
-  BeyondEnvelope beyond;      ///< of the step from the re-tuned plant to that with the effect
+  bool beyond_known = false;  ///< false without held-out records, without a gap, or where a stage did not run
+  BeyondEnvelope beyond;      ///< of the step from the telling stage to the plant with the effect
   UnknownSignal unknown;      ///< at the place asked for, over the first record
   Trajectory unknown_motion;  ///< of the plant that it is missing in, over that record
   Matrix unknown_outputs;     ///< and what that plant simulates there, p x N

@@ -80,16 +80,17 @@ test('what the records do not tell is left out: no repeats, no place, no effect,
   });
 });
 
-test('what has no ceiling, and what cannot be simulated, says why', () => {
+test('what has no ceiling, what cannot be simulated and what leaves nothing to remove says why', () => {
   const diagnosis = changed(diagnosisData(), (d) => {
     d.how_far.ceiling = { location: 'sensor:acc', absent: 'no <force>' };
     d.placebo = { absent: 'outside the catalogue' };
     d.which.effects[0].share = null;
+    d.how_far.beyond_envelope.closure = null;
   });
   on(diagnosisFolder(diagnosis), (directory) => {
     assert.equal(render(directory).status, 0);
     const html = page(directory);
-    for (const text of ['There is no ceiling of a static map: no &#60;force&#62;', 'Placebo: none, outside the catalogue']) assert.ok(html.includes(text), text);
+    for (const text of ['There is no ceiling of a static map: no &#60;force&#62;', 'Placebo: none, outside the catalogue', '4 % of the time; nothing is above the noise there.']) assert.ok(html.includes(text), text);
     assert.ok(!html.includes('any signal at') && !html.includes('>Share<'));
     assert.doesNotMatch(html, /NaN|undefined|Infinity/);
   });

@@ -49,6 +49,21 @@ double sum_of(const Json& parts, const char* key) {
 
 }  // namespace
 
+TEST_CASE("beyond what training has seen a parameter that is the answer is held against the plant as delivered") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  set_parameter(truth, "tyre.linear_spring.stiffness_n_per_m", 1.1 * 196000);
+  const RecordSet set = measured(truth);
+  const auto solver = make_levenberg_marquardt({});
+  Random random = numbers(843);
+  const Examination agrees = examine({truth, truth, truth}, set, noise_floor(set), truth, "", *solver, {}, random);
+  CHECK_FALSE(agrees.beyond_known);  // there is no gap
+  const Examination retuned = examine({nominal, truth, truth}, set, noise_floor(set), nominal, "", *solver, {}, random);
+  REQUIRE(retuned.beyond_known);
+  CHECK(retuned.beyond.outside.value > 0.9);
+  CHECK(retuned.beyond.inside.value > 0.9);
+}
+
 TEST_CASE("a diagnosis file tells where, how far and beyond what, its figures hold every series at one length") {
   const Plant nominal = plant_from(quarter_car_text);
   Plant truth = nominal;
