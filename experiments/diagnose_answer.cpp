@@ -8,6 +8,7 @@
 namespace wheelhop {
 namespace {
 
+constexpr double kAsLittle = 1.5;       // leftover over that of the best pair of places, up to which one is told
 constexpr double kNextToNothing = 0.1;  // misfit - 1 after re-tuning, of which shares say nothing
 
 std::string percent(const Closure& closure) {
@@ -43,7 +44,11 @@ std::string answer(const Diagnosis& diagnosis) {
       std::string text =
           gap + (diagnosis.outcome == GapOutcome::exogenous ? " No state of the plant explains it: a force from outside"
                                                             : " No effect of the catalogue explains it; it");
-      if (!diagnosis.locations.empty())
+      if (diagnosis.places_needed == 2)
+        text += fmt::format(" seems to enter at two places at once, {} (P {:.2f}) and {} (P {:.2f})",
+                            diagnosis.locations[0].location, diagnosis.locations[0].probability,
+                            diagnosis.locations[1].location, diagnosis.locations[1].probability);
+      else if (!diagnosis.locations.empty())
         text += fmt::format(" seems to enter at {} (P {:.2f})", diagnosis.locations.front().location,
                             diagnosis.locations.front().probability);
       if (!diagnosis.message.empty()) return text + "; " + diagnosis.message + ".";
@@ -89,6 +94,17 @@ std::string answer(const Diagnosis& diagnosis) {
 
 namespace {
 
+/// Where no single place explains all channels: the pairs of places that leave about as little as the best of them.
+void print_place_pairs(const Diagnosis& diagnosis) {
+  if (diagnosis.place_pairs.empty()) return;
+  fmt::print("no single place explains all channels; two at once{} (1: they explain all)\n",
+             diagnosis.places_needed == 2 ? "" : " do not either");
+  for (const PlacePair& pair : diagnosis.place_pairs) {
+    if (pair.leftover > kAsLittle * diagnosis.place_pairs.front().leftover) break;
+    fmt::print("  {:<38} {:10.3f}\n", pair.locations[0] + " and " + pair.locations[1], pair.leftover);
+  }
+}
+
 /// The confusion row of the answer.
 void print_placebo(const Placebo& placebo) {
   if (!placebo.why_not.empty()) {
@@ -131,6 +147,7 @@ void print(const Diagnosis& diagnosis, const Placebo* placebo) {
     for (const std::string& same : place.same) fmt::print("{}{}", &same == &place.same.front() ? "   or " : ", ", same);
     fmt::print("\n");
   }
+  print_place_pairs(diagnosis);
   fmt::print("\nparameters after re-tuning, in tolerances off\n");
   for (const FittedParameter& parameter : diagnosis.tolerances)
     fmt::print("  {:<55} {:6.1f} +- {:.1f}\n", parameter.name, parameter.value, parameter.std);

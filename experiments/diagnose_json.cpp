@@ -100,6 +100,8 @@ Json where_json(const Plant& plant, const Diagnosis& diagnosis, const Examinatio
   Json where = {{"location", diagnosis.locations.empty() ? Json() : Json(diagnosis.locations.front().location)},
                 {"locations", Json::array()},
                 {"without_catalogue", Json::array()},
+                {"places_needed", diagnosis.places_needed},
+                {"two_places", Json::array()},
                 {"channels", Json::array()}};
   for (const LocationProbability& place : diagnosis.locations)
     where["locations"].push_back({{"location", place.location},
@@ -108,6 +110,8 @@ Json where_json(const Plant& plant, const Diagnosis& diagnosis, const Examinatio
   for (const Place& place : diagnosis.places)
     where["without_catalogue"].push_back(
         {{"location", place.location}, {"same_entry", place.same}, {"leftover_chi2", place.leftover}});
+  for (const PlacePair& pair : diagnosis.place_pairs)
+    where["two_places"].push_back({{"locations", pair.locations}, {"leftover_chi2", pair.leftover}});
   for (std::size_t i = 0; i < diagnosis.delivered.nrmse.size(); ++i)
     where["channels"].push_back({{"channel", plant.sensors[i].name}, {"nrmse", diagnosis.delivered.nrmse[i]}});
   if (examination == nullptr) return where;

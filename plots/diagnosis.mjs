@@ -37,6 +37,14 @@ function effects({ which }) {
     ['Effect', 'Probability', 'Misfit', 'Removes', ...(shared ? ['Share'] : []), 'Parameters'], rows)}`;
 }
 
+/** Pairs of places, where no single one explains all channels. */
+function twoPlaces({ where }) {
+  const pairs = where.two_places ?? [];
+  if (pairs.length === 0) return '';
+  const rows = pairs.slice(0, 5).map(({ locations, leftover_chi2 }) => [locations.map(escape).join(' and '), short(leftover_chi2)]);
+  return table(`No single place explains all channels. ${where.places_needed === 2 ? 'Two at once do' : 'Two at once do not either'}: what an unknown signal at each of them would leave; 1 is the noise.`, ['Places', 'Leaves'], rows);
+}
+
 function howFar({ how_far }) {
   const stages = Object.keys(STAGES);
   const rows = [['Misfit, all channels', ...stages.map((key) => short(how_far[key]?.misfit)), '1']];
@@ -155,7 +163,9 @@ ${howFar(diagnosis)}
 ${ceiling(diagnosis)}
 ${show('segment')}
 ${effects(diagnosis)}
-${show('places', 'signal')}
+${show('places')}
+${twoPlaces(diagnosis)}
+${show('signal')}
 ${kind(diagnosis, figures.regions_of)}
 ${show('regions', 'bands', 'time')}
 ${checks(diagnosis)}

@@ -60,6 +60,10 @@ export function readDiagnosis(file) {
     place.get('location').text();
     place.get('leftover_chi2').number();
   }
+  for (const pair of list(root.get('where').get('two_places'))) {
+    for (const location of pair.get('locations').items()) location.text();
+    pair.get('leftover_chi2').number();
+  }
   for (const effect of list(root.get('which').get('effects'))) {
     for (const key of ['effect', 'location']) effect.get(key).text();
     effect.get('probability').number();

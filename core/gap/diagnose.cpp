@@ -34,6 +34,27 @@ double share_of(const Diagnosis& diagnosis, const Suspect& suspect) {
                                                             : std::numeric_limits<double>::quiet_NaN();
 }
 
+namespace {
+
+constexpr double kHalved = 0.5;  // of what the best place leaves, what two places may leave of it to be told
+
+/// Where unknown signals would enter the re-tuned plant: at one place, or at two where one does not explain all.
+void find_places(const PlantFit& fit, const GapData& data, Diagnosis& diagnosis) {
+  diagnosis.places = locate(fit, data.fitted, data.noise_shares);
+  if (diagnosis.places.empty()) return;
+  const double alone = diagnosis.places.front().leftover;
+  if (explains_all(alone, fit.misfit)) {
+    diagnosis.places_needed = 1;
+    return;
+  }
+  diagnosis.place_pairs = locate_two(fit, data.fitted, diagnosis.places, data.noise_shares);
+  if (diagnosis.place_pairs.empty()) return;
+  const double together = diagnosis.place_pairs.front().leftover;
+  if (explains_all(together, fit.misfit) && together - 1 < kHalved * (alone - 1)) diagnosis.places_needed = 2;
+}
+
+}  // namespace
+
 Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList& candidates, const GapSolvers& solvers,
                    const DiagnoseOptions& options, Random& random,
                    const std::function<void(const std::string&)>& step) {
@@ -74,7 +95,7 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
         .maxCoeff(&diagnosis.most_retuned);
   diagnosis.closure_of_retuning = 1 - (diagnosis.retuned.misfit - 1) / (diagnosis.delivered.misfit - 1);
   if (step) step("where it enters");
-  diagnosis.places = locate(retuned.fit, data.fitted);
+  find_places(retuned.fit, data, diagnosis);
   judge({study, options, delivered, retuned, random, step, diagnosis.floor.power_error}, diagnosis);
   return diagnosis;
 }

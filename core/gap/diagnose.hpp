@@ -74,6 +74,10 @@ struct Diagnosis {
   std::vector<LocationProbability> locations;  ///< most probable first
   /// Where an unknown signal would enter the re-tuned plant, without the catalogue.
   std::vector<Place> places;
+  std::vector<PlacePair> place_pairs;  ///< the same for two places, where no single one explains all; else empty
+  /// How many places it takes to explain what re-tuning leaves: 1, 2, or 0 where neither one unknown signal nor two do
+  /// ("not locatable"), or too few channels tell.
+  int places_needed = 0;
   std::vector<std::string> named;  ///< "effect@location", most sure first
   Vector shares;                   ///< of the effects named in the closure, as effect_shares; empty unless several are
   std::vector<std::string> ambiguous_with;

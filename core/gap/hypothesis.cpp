@@ -9,9 +9,12 @@
 
 #include "core/base/status.hpp"
 #include "core/gap/closure.hpp"
+#include "core/gap/profile.hpp"
 
 namespace wheelhop {
 namespace {
+
+constexpr Index kNoiseBands = 40;  // of GapData::noise_shares
 
 GapStage stage_of(const Study& study, const PlantFit& run) {
   GapStage stage;
@@ -197,6 +200,10 @@ GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& flo
   }
   if (data.fitted.empty()) throw UserError("expected a record with the role \"estimation\"");
   data.apart = !data.held_out.empty();
+  std::vector<double> edges_hz;
+  for (Index b = 0; b <= kNoiseBands; ++b)
+    edges_hz.push_back(0.5 * set.sampling_hz * static_cast<double>(b) / static_cast<double>(kNoiseBands));
+  data.noise_shares = noise_shares(set, edges_hz);
   if (!data.apart) data.held_out = data.fitted;
   return data;
 }

@@ -20,6 +20,7 @@ struct GapData {
   std::vector<FitRecord> held_out;  ///< of the role "validation": effects are compared and scored on these as well
   bool apart = true;                ///< false: there is no validation record, and the fitted ones stand for it
   Index block = 1;                  ///< samples of a block of the bootstrap
+  Matrix noise_shares;              ///< p x bands of equal width, as `noise_shares`; empty: the noise counts as white
   double samples = 0;  ///< p N summed over all records, skipped samples left out: chi2 of a plant at the floor
 };
 

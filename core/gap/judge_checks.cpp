@@ -8,7 +8,9 @@ namespace wheelhop {
 namespace {
 
 constexpr double kPlausible = -4;  // log density of an answer's sizes, below which they are odd
-constexpr double kSame = 0.9;      // closure from which a rival would have done as well
+constexpr double kStandsApart =
+    1.5;                       // leftover at the worst place over that at the best, from which that one stands out
+constexpr double kSame = 0.9;  // closure from which a rival would have done as well
 
 void add_check(Diagnosis& diagnosis, const std::string& name, bool passed, std::string detail) {
   diagnosis.checks.push_back({name, passed, std::move(detail)});
@@ -26,6 +28,14 @@ void check_answer(const GapCase& c, const Hypothesis& answer, Diagnosis& diagnos
   const double left = answer.fit.misfit - 1;
   add_check(diagnosis, "nothing of note is left", left < kTooSmall,
             fmt::format("misfit {:.3f} of the fitted records, 1 is the floor", answer.fit.misfit));
+  if (const std::vector<Place> places = locate(answer.fit, c.study.data.fitted, c.study.data.noise_shares);
+      !places.empty()) {
+    add_check(
+        diagnosis, "no place stands out any more", places.back().leftover < kStandsApart * places.front().leftover,
+        fmt::format("an unknown signal would leave {:.2f} at {}, {:.2f} at {}; without the answer {:.2f} and {:.2f}",
+                    places.front().leftover, places.front().location, places.back().leftover, places.back().location,
+                    diagnosis.places.front().leftover, diagnosis.places.back().leftover));
+  }
   const auto count = static_cast<Index>(c.study.tolerances.size());
   const Vector z = answer.fit.theta.head(count);
   if (answer.fit.covariance.size() > 0 && count > 0) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 
 #include "core/gap/unknown.hpp"
 
@@ -14,6 +15,7 @@ constexpr double kClearly = 0.05;    // of that share, by which another place of
 constexpr double kRemainder = 0.25;  // or of what a place leaves unexplained, below which another one leaves less
 constexpr double kRead = 0.3;        // of that share, what a law of an element makes of its own travel at least
 constexpr double kNearly = 1.5;    // leftover over that of the best place, up to which the motion decides between them
+constexpr double kDoubt = 0.5;     // most probability of a place that does not explain all
 constexpr double kRounded = 0.15;  // share of the floor that rounding makes, from which the converter is named
 constexpr double kRoundingSeen = 0.95;  // probability of a lattice that was seen in the readings
 
@@ -27,6 +29,32 @@ void locate_by_leftover(Diagnosis& diagnosis) {
   const Vector p = rival_probabilities(leftovers, diagnosis.retuned.blocks.size(), kLimit);
   for (std::size_t i = 0; i < diagnosis.places.size(); ++i)
     diagnosis.locations.push_back({diagnosis.places[i].location, p(static_cast<Index>(i))});
+}
+
+/// A force between the ground and a mass is one on the mass.
+std::string own_name(const std::string& location) {
+  return location.starts_with(kGuide) ? location.substr(std::strlen(kGuide)) : location;
+}
+
+/// Two unknown signals, where one does not explain all channels.
+void name_two_places(Diagnosis& diagnosis) {
+  Vector leftovers(static_cast<Index>(diagnosis.place_pairs.size()));
+  for (std::size_t i = 0; i < diagnosis.place_pairs.size(); ++i)
+    leftovers(static_cast<Index>(i)) = std::max(diagnosis.place_pairs[i].leftover, 1e-3);
+  const Vector p = rival_probabilities(leftovers, diagnosis.retuned.blocks.size(), kLimit);
+  std::map<std::string, double> sums;
+  for (std::size_t i = 0; i < diagnosis.place_pairs.size(); ++i)
+    for (const std::string& location : diagnosis.place_pairs[i].locations)
+      sums[own_name(location)] += p(static_cast<Index>(i));
+  diagnosis.locations = ranked(sums);
+  diagnosis.named.clear();
+  for (const std::string& location : diagnosis.place_pairs.front().locations) {
+    const auto own = std::find_if(diagnosis.locations.begin(), diagnosis.locations.end(),
+                                  [&](const auto& other) { return other.location == own_name(location); });
+    const auto place = diagnosis.locations.begin() + static_cast<std::ptrdiff_t>(diagnosis.named.size());
+    std::rotate(place, own, own + 1);
+    diagnosis.named.push_back("unknown@" + own_name(location));
+  }
 }
 
 /// The names of all that enters as a signal at a place does.
@@ -49,6 +77,10 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
     diagnosis.outcome = GapOutcome::insufficient;
     diagnosis.message = "a gap is left that no effect explains, and one channel does not tell where it enters";
     diagnosis.named.clear();
+    return;
+  }
+  if (diagnosis.places_needed == 2) {
+    name_two_places(diagnosis);
     return;
   }
   std::string& location = diagnosis.locations.front().location;
@@ -87,12 +119,16 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
       for (const Element& element : fit.plant.elements)
         if (kGuide + element.from == first || kGuide + element.to == first) weigh(first, element.name);
   }
-  // A force between the ground and a mass is one on the mass.
-  if (location.starts_with(kGuide)) location.erase(0, std::strlen(kGuide));
+  location = own_name(location);
   const auto again = [&](const LocationProbability& other) { return other.location == location; };
   const auto others = diagnosis.locations.begin() + 1;
   diagnosis.locations.erase(std::remove_if(others, diagnosis.locations.end(), again), diagnosis.locations.end());
   diagnosis.named = {(diagnosis.outcome == GapOutcome::exogenous ? "exogenous_force@" : "unknown@") + location};
+  if (diagnosis.places_needed == 1) return;
+  for (LocationProbability& place : diagnosis.locations) place.probability = std::min(place.probability, kDoubt);
+  diagnosis.message = diagnosis.place_pairs.empty()
+                          ? "one unknown signal does not explain all channels, so the place is in doubt"
+                          : "neither one unknown signal nor two explain all channels, so the place is in doubt";
 }
 
 bool name_rounding(const GapCase& c, Diagnosis& diagnosis) {

@@ -13,16 +13,28 @@ namespace {
 
 constexpr double kSameDirection = 0.9999;
 constexpr Index kCompared = 12;          // frequencies at which two places are compared
+constexpr double kOwnDirection = 0.03;   // of a unit vector, what a second place has to add to the first one's
+constexpr double kFloorError = 0.3;      // of the noise, by which the floor in the band may be wrong
+constexpr double kLinearised = 0.02;     // of the gap, what linearising may leave at the right place
+constexpr std::size_t kPaired = 8;       // best places of which every pair is tried
 constexpr double kHannLinesApart = 1.5;  // independent values of a Hann spectrum lie so many lines apart
 constexpr Index kNearbyLines = 4;        // either side, over which the unknown signal's spectrum is smooth
 constexpr double kOverChance = 2;        // its power has to be so many times the noise's there, more than chance makes
 constexpr double kAboveTypical = 10;     // and may be so many times that of the lines where it is seen best
 
-/// A force of one Newton at a place, through the plant linearised over its motion.
-struct Probe {
+/// A place as an unknown signal shows there.
+struct Entry {
   Place place;
-  LinearPlant linear;
+  Index sensor = -1;   ///< channel that a sensor's unknown is in, alone
+  LinearPlant linear;  ///< of any other place: a force there through the plant, linearised over its motion
 };
+
+/// Direction of the channels in which it shows at a frequency, a unit vector in units of the noise; not finite where a
+/// pole of the plant lies there.
+ComplexVector direction(const Entry& entry, const Vector& weight, double frequency_hz) {
+  if (entry.sensor >= 0) return Vector::Unit(weight.size(), entry.sensor).cast<std::complex<double>>();
+  return (weight.asDiagonal() * force_response(entry.linear, frequency_hz)).normalized();
+}
 
 /// True if at every frequency an unknown signal at either place does what one at the other would.
 bool enter_alike(const LinearPlant& a, const LinearPlant& b, double highest_hz) {
@@ -34,27 +46,30 @@ bool enter_alike(const LinearPlant& a, const LinearPlant& b, double highest_hz) 
   return true;
 }
 
-std::vector<Probe> probes_of(const PlantFit& fit, double highest_hz) {
+std::vector<Entry> entries_of(const PlantFit& fit, const std::vector<FitRecord>& records) {
   const Plant& plant = fit.plant;
-  std::vector<Probe> probes;
+  const double highest_hz = 0.4 * plant.hold_hz() / static_cast<double>(records.front().ratio);
+  std::vector<Entry> entries;
+  for (std::size_t j = 0; j < plant.sensors.size(); ++j)
+    entries.push_back({{"sensor:" + plant.sensors[j].name, {}, 0}, static_cast<Index>(j), {}});
   const auto add = [&](const std::string& from, const std::string& to, const std::string& location) {
-    Probe probe{{location, {}, 0}, linearise_with_force(fit, from, to)};
-    if (probe.linear.A.size() == 0) return;
-    for (Probe& other : probes)
-      if (enter_alike(probe.linear, other.linear, highest_hz)) {
+    Entry entry{{location, {}, 0}, -1, linearise_with_force(fit, from, to)};
+    if (entry.linear.A.size() == 0) return;
+    for (Entry& other : entries)
+      if (other.sensor < 0 && enter_alike(entry.linear, other.linear, highest_hz)) {
         other.place.same.push_back(location);
         return;
       }
-    probes.push_back(std::move(probe));
+    entries.push_back(std::move(entry));
   };
   for (const Element& element : plant.elements) {
     add(element.from, element.to, element.name);
     for (const PlantInput& input : plant.inputs)
-      if (!probes.empty() && probes.back().place.location == element.name && drives(input, element))
-        probes.back().place.same.push_back(actuator_of(plant, input));
+      if (!entries.empty() && entries.back().place.location == element.name && drives(input, element))
+        entries.back().place.same.push_back(actuator_of(plant, input));
   }
   for (const Mass& mass : plant.masses) add("ground", mass.name, "guide:" + mass.name);
-  return probes;
+  return entries;
 }
 
 /// g^+ z with Wiener's weight. @param z p x lines, of which `used` count; `noise` is the power of each
@@ -116,6 +131,14 @@ Spectra spectra_of(const PlantFit& fit, const std::vector<FitRecord>& records, s
   return spectra;
 }
 
+/// Noise density of each channel below a frequency, over that of white noise of the same power.
+/// @param share of the whole band, 0 ... 1
+Vector density_below(const Matrix& noise_shares, Index p, double share) {
+  if (noise_shares.size() == 0) return Vector::Ones(p);
+  const auto bands = std::max<Index>(1, std::llround(share * static_cast<double>(noise_shares.cols())));
+  return noise_shares.leftCols(bands).rowwise().mean() * static_cast<double>(noise_shares.cols());
+}
+
 Matrix gram(const ComplexMatrix& X) { return (X.adjoint() * X).real(); }
 
 /// min over d of |z - J d|^2 and the priors of the parameters, which the fit has moved by `moved` from their means.
@@ -136,67 +159,102 @@ double left_at_best(const Matrix& H, const PlantFit& fit) {
   return H(0, 0) + moved.dot(pull) - b.dot(Eigen::LDLT<Matrix>(A).solve(b));
 }
 
-/// Gram matrices of [z, J] over the channels, and what of them an unknown signal at each place takes.
-struct Explained {
-  Matrix all;
-  std::vector<Matrix> sensors, probes;
-  double freedom = 0;  ///< of what remains: one of p channels' went into the signal
-};
-
-Explained explained_at(const std::vector<Probe>& probes, const PlantFit& fit, const std::vector<FitRecord>& records) {
+/// What unknown signals at each set of places leave, over the noise, in the order of the sets.
+/// @param sets numbers of entries, fewer than there are channels
+std::vector<double> leftovers(const std::vector<Entry>& entries, const std::vector<std::vector<std::size_t>>& sets,
+                              const PlantFit& fit, const std::vector<FitRecord>& records, const Matrix& noise_shares) {
   const Index p = fit.plant.sensor_count(), columns = 1 + fit.jacobian.cols();
-  Explained sum;
-  sum.all = Matrix::Zero(columns, columns);
-  sum.sensors.assign(static_cast<std::size_t>(p), sum.all);
-  sum.probes.assign(probes.size(), sum.all);
+  Matrix all = Matrix::Zero(columns, columns);  // Gram matrices of [z, J]: whole, and what each set takes of it
+  std::vector<Matrix> taken(sets.size(), all);
+  double freedom = 0;  // of one channel
   Index first = 0;
   for (std::size_t i = 0; i < records.size(); ++i) {
-    const Spectra spectra = spectra_of(fit, records, i, first);
+    Spectra spectra = spectra_of(fit, records, i, first);
     first += p * (fit.error[i].cols() - records[i].skip);
-    sum.freedom += static_cast<double>(p - 1) * 2 * static_cast<double>(spectra.lines()) / kHannLinesApart;
+    freedom += 2 * static_cast<double>(spectra.lines()) / kHannLinesApart;
+    const double nyquist_hz = 0.5 * fit.plant.hold_hz() / static_cast<double>(records[i].ratio);
+    const double share = spectra.line_hz * static_cast<double>(spectra.lines()) / nyquist_hz;
+    const Vector level = density_below(noise_shares, p, share).cwiseSqrt();
     for (Index j = 0; j < p; ++j) {
-      const Matrix own = gram(spectra.channels[static_cast<std::size_t>(j)]);
-      sum.sensors[static_cast<std::size_t>(j)] += own;
-      sum.all += own;
+      ComplexMatrix& channel = spectra.channels[static_cast<std::size_t>(j)];
+      channel /= level(j);
+      all += gram(channel);
     }
-    const Vector weight = records[i].weight_std.cwiseInverse();
-    for (std::size_t k = 0; k < probes.size(); ++k) {
-      ComplexMatrix explained = ComplexMatrix::Zero(spectra.lines(), columns);
+    const Vector weight = records[i].weight_std.cwiseProduct(level).cwiseInverse();
+    std::vector<ComplexMatrix> directions;  // an entry each, p x lines
+    for (const Entry& entry : entries) {
+      directions.emplace_back(p, spectra.lines());
+      for (Index line = 0; line < spectra.lines(); ++line)
+        directions.back().col(line) = direction(entry, weight, spectra.line_hz * static_cast<double>(line));
+    }
+    for (std::size_t k = 0; k < sets.size(); ++k) {
+      std::vector<ComplexMatrix> explained(sets[k].size(), ComplexMatrix::Zero(spectra.lines(), columns));
       for (Index line = 0; line < spectra.lines(); ++line) {
-        const ComplexVector g =
-            (weight.asDiagonal() * force_response(probes[k].linear, spectra.line_hz * static_cast<double>(line)))
-                .normalized();
-        if (!g.allFinite()) continue;
-        for (Index j = 0; j < p; ++j)
-          explained.row(line) += std::conj(g(j)) * spectra.channels[static_cast<std::size_t>(j)].row(line);
+        std::vector<ComplexVector> basis;
+        for (const std::size_t number : sets[k]) {
+          ComplexVector own = directions[number].col(line);
+          for (const ComplexVector& other : basis) own -= other.dot(own) * other;
+          if (!(own.norm() > kOwnDirection)) continue;
+          basis.push_back(own.normalized());
+          for (Index j = 0; j < p; ++j)
+            explained[basis.size() - 1].row(line) +=
+                std::conj(basis.back()(j)) * spectra.channels[static_cast<std::size_t>(j)].row(line);
+        }
       }
-      sum.probes[k] += gram(explained);
+      for (const ComplexMatrix& part : explained) taken[k] += gram(part);
     }
   }
-  return sum;
+  std::vector<double> left;
+  for (std::size_t k = 0; k < sets.size(); ++k)
+    left.push_back(left_at_best(all - taken[k], fit) /
+                   (freedom * static_cast<double>(p - static_cast<Index>(sets[k].size()))));
+  return left;
 }
 
 }  // namespace
 
-std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& records) {
+std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& records, const Matrix& noise_shares) {
   std::vector<Place> places;
-  const Index p = fit.plant.sensor_count();
-  if (p < 2 || fit.error.size() != records.size()) return places;
-  const double highest_hz = 0.4 * fit.plant.hold_hz() / static_cast<double>(records.front().ratio);
-  std::vector<Probe> probes = probes_of(fit, highest_hz);
-  const Explained explained = explained_at(probes, fit, records);
-  for (Index j = 0; j < p; ++j)
-    places.push_back(
-        {"sensor:" + fit.plant.sensors[static_cast<std::size_t>(j)].name,
-         {},
-         left_at_best(explained.all - explained.sensors[static_cast<std::size_t>(j)], fit) / explained.freedom});
-  for (std::size_t k = 0; k < probes.size(); ++k) {
-    probes[k].place.leftover = left_at_best(explained.all - explained.probes[k], fit) / explained.freedom;
-    places.push_back(std::move(probes[k].place));
+  if (fit.plant.sensor_count() < 2 || fit.error.size() != records.size()) return places;
+  std::vector<Entry> entries = entries_of(fit, records);
+  std::vector<std::vector<std::size_t>> each;
+  for (std::size_t k = 0; k < entries.size(); ++k) each.push_back({k});
+  const std::vector<double> left = leftovers(entries, each, fit, records, noise_shares);
+  for (std::size_t k = 0; k < entries.size(); ++k) {
+    entries[k].place.leftover = left[k];
+    places.push_back(std::move(entries[k].place));
   }
   std::stable_sort(places.begin(), places.end(),
                    [](const Place& a, const Place& b) { return a.leftover < b.leftover; });
   return places;
+}
+
+std::vector<PlacePair> locate_two(const PlantFit& fit, const std::vector<FitRecord>& records,
+                                  const std::vector<Place>& places, const Matrix& noise_shares) {
+  std::vector<PlacePair> pairs;
+  if (fit.plant.sensor_count() < 3 || places.empty()) return pairs;
+  const std::vector<Entry> entries = entries_of(fit, records);
+  std::vector<std::size_t> best;  // in the order of the places
+  for (std::size_t i = 0; i < std::min(places.size(), kPaired); ++i)
+    best.push_back(static_cast<std::size_t>(
+        std::find_if(entries.begin(), entries.end(),
+                     [&](const Entry& entry) { return entry.place.location == places[i].location; }) -
+        entries.begin()));
+  std::vector<std::vector<std::size_t>> sets;
+  for (std::size_t i = 0; i < best.size(); ++i)
+    for (std::size_t j = i + 1; j < best.size(); ++j) {
+      sets.push_back({best[i], best[j]});
+      pairs.push_back({{places[i].location, places[j].location}, 0});
+    }
+  const std::vector<double> left = leftovers(entries, sets, fit, records, noise_shares);
+  for (std::size_t k = 0; k < pairs.size(); ++k) pairs[k].leftover = left[k];
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const PlacePair& a, const PlacePair& b) { return a.leftover < b.leftover; });
+  return pairs;
+}
+
+bool explains_all(double leftover, double misfit) {
+  return leftover - 1 < std::max(kFloorError, kLinearised * (misfit - 1));
 }
 
 UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& records, std::size_t i,

@@ -2,6 +2,7 @@
 /// Where a gap enters, without any catalogue: at which place one unknown signal would explain what all channels leave.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -27,9 +28,29 @@ struct Place {
 ///
 /// The plant is linearised over the motion of the fit, so a gap many times the noise in a strongly nonlinear plant
 /// leaves more than 1 even at the right place; the order of the places is what counts then.
-/// @param fit of fit_plant over `records`   @return ascending by leftover; empty for p = 1, where any place explains
-/// all. Cost: a transform a column of J and record, a solution of the linear plant a place and line.
-std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& records);
+/// @param fit of fit_plant over `records`
+/// @param noise_shares p x bands of equal width up to half the sampling rate, as `noise_shares` gives them: coloured
+/// noise counts as what it is in the band. Empty: white
+/// @return ascending by leftover; empty for p = 1, where any place explains all. Cost: a transform a column of J and
+/// record, a solution of the linear plant a place and line.
+std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& records, const Matrix& noise_shares = {});
+
+/// Two places, at each of which an unknown signal of its own may enter.
+struct PlacePair {
+  std::array<std::string, 2> locations;
+  double leftover = 0;  ///< as a Place's
+};
+
+/// The same for two places at once: z is projected on both responses, and what is left is compared with (p - 2) times
+/// the noise. Of the eight best places every pair is tried.
+/// @param places of `locate`, with the same noise   @return ascending by leftover; empty for p < 3, where any two
+/// places explain all. Cost: as `locate`, and each pair as two places.
+std::vector<PlacePair> locate_two(const PlantFit& fit, const std::vector<FitRecord>& records,
+                                  const std::vector<Place>& places, const Matrix& noise_shares = {});
+
+/// True if an unknown signal that leaves so much explains all: the absolute test of a place, with an allowance for the
+/// floor's own error and, in share of the gap, for what linearising leaves. @param misfit of the fit
+bool explains_all(double leftover, double misfit);
 
 /// The unknown signal at a place, over a record.
 struct UnknownSignal {

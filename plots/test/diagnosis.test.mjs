@@ -105,6 +105,25 @@ test('checks are shown whatever they hold', () => {
   });
 });
 
+test('pairs of places are shown where no single one explains all, and only there', () => {
+  for (const [needed, says] of [[2, 'Two at once do:'], [0, 'Two at once do not either:']]) {
+    const diagnosis = changed(diagnosisData(), (d) => {
+      d.where.places_needed = needed;
+      d.where.two_places = [{ locations: ['strut', 'sensor:acc'], leftover_chi2: 1.04 }, { locations: ['strut', 'tyre'], leftover_chi2: 9 }];
+    });
+    on(diagnosisFolder(diagnosis), (directory) => {
+      assert.equal(render(directory).status, 0);
+      const html = page(directory);
+      assert.ok(html.includes(says));
+      assert.match(html, /strut and sensor:acc<\/th><td class="num">1.04</);
+    });
+  }
+  on(diagnosisFolder(diagnosisData()), (directory) => {
+    assert.equal(render(directory).status, 0);
+    assert.ok(!page(directory).includes('Two at once'));
+  });
+});
+
 const MISTAKES = [
   ['no figures', diagnosisData(), null, /d\.figures\.json: expected a JSON file, could not read it \(ENOENT\)/],
   ['another schema', changed(diagnosisData(), (d) => (d.schema = 'x/1')), diagnosisFiguresData(), /\$\.schema: expected "wheelhop\.diagnosis\/1", found "x\/1"/],

@@ -18,6 +18,8 @@ export function diagnosisData() {
         { location: 'strut', same_entry: [], leftover_chi2: 1.02 },
         { location: 'tyre', same_entry: ['actuator'], leftover_chi2: 27 },
       ],
+      places_needed: 1,
+      two_places: [],
       time: time('as_delivered'),
       kind: { repeatable: null, drift: null, lines: { absent: 'the drive is not periodic' } },
       regions: [],

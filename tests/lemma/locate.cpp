@@ -1,9 +1,11 @@
 // Where a gap enters, without a catalogue: the place of an unknown force leaves the noise, every other place more.
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <set>
 
-#include "core/gap/locate.hpp"
+#include "core/gap/diagnose.hpp"
 #include "core/plant/dataset.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
@@ -14,8 +16,15 @@ using namespace wheelhop::test;
 
 namespace {
 
-std::vector<Place> places_of(const Plant& nominal, const Plant& truth) {
-  const Index samples = 3000, ratio = 5;
+/// A record of a truth with noise of 1 % (white, or that of a first-order filter) and a plant fitted to it.
+struct Seen {
+  std::vector<FitRecord> records;
+  PlantFit fit;
+  Matrix noise_shares;
+};
+
+Seen seen(const Plant& nominal, const Plant& truth, double memory = 0) {
+  const Index samples = 3000, ratio = 5, bands = 40;
   Random random = numbers(621);
   FitRecord record;
   record.drive.resize(nominal.input_count(), samples * ratio);
@@ -30,10 +39,46 @@ std::vector<Place> places_of(const Plant& nominal, const Plant& truth) {
   const GeneratedRecord made = generate_record(truth, record.drive, 200);
   REQUIRE(made.status == Status::ok);
   record.weight_std = 0.01 * made.signal.y.rowwise().norm() / std::sqrt(static_cast<double>(samples));
-  record.y = made.signal.y + record.weight_std.asDiagonal() * random.normal(made.signal.y.rows(), samples);
-  const PlantFit fit = fit_plant(nominal, {}, {record}, *make_levenberg_marquardt({}), {6});
-  REQUIRE(fit.error.size() == 1);
-  return locate(fit, {record});
+  Matrix noise = random.normal(made.signal.y.rows(), samples);
+  for (Index k = 1; k < samples; ++k)
+    noise.col(k) = memory * noise.col(k - 1) + std::sqrt(1 - memory * memory) * noise.col(k);
+  record.y = made.signal.y + record.weight_std.asDiagonal() * noise;
+  Seen result;
+  result.records = {record};
+  result.fit = fit_plant(nominal, {}, result.records, *make_levenberg_marquardt({}), {6});
+  REQUIRE(result.fit.error.size() == 1);
+  if (memory == 0) return result;
+  result.noise_shares.resize(noise.rows(), bands);
+  for (Index b = 0; b < bands; ++b) {
+    const double w = std::acos(-1.0) * (static_cast<double>(b) + 0.5) / static_cast<double>(bands);
+    result.noise_shares.col(b).setConstant((1 - memory * memory) / (1 + memory * memory - 2 * memory * std::cos(w)));
+  }
+  result.noise_shares /= result.noise_shares.row(0).sum();
+  return result;
+}
+
+/// What a diagnosis without any catalogue makes of two repeats and a validation record of a truth.
+Diagnosis without_catalogue(const Plant& nominal, const Plant& truth) {
+  RecordSet set;
+  set.sampling_hz = 200;
+  const Seen own = seen(nominal, truth);
+  Random random = numbers(622);
+  for (int which = 0; which < 3; ++which) {
+    Matrix drive = own.records.front().drive;
+    if (which == 2) drive.rowwise().reverseInPlace();
+    Record record{"r" + std::to_string(which) + ".csv", which < 2 ? "estimation" : "validation",
+                  which < 2 ? "drive" : "", 0, generate_record(truth, drive, 200).signal};
+    record.signal.y += own.records.front().weight_std.asDiagonal() * random.normal(record.signal.y.rows(), 3000);
+    set.records.push_back(std::move(record));
+  }
+  const auto solver = make_levenberg_marquardt({});
+  const auto nothing = [](const Plant&, const Operation&) { return std::vector<EffectCandidate>{}; };
+  return diagnose(nominal, set, nothing, {*solver, *solver, *solver}, {}, random, {});
+}
+
+std::vector<Place> places_of(const Plant& nominal, const Plant& truth) {
+  const Seen own = seen(nominal, truth);
+  return locate(own.fit, own.records);
 }
 
 }  // namespace
@@ -75,4 +120,74 @@ TEST_CASE("in a chain of three masses the element is found among its neighbours"
     CAPTURE(nominal.elements[e].name, places[0].location, places[0].leftover, places[1].location);
     CHECK(places[0].location == nominal.elements[e].name);
   }
+}
+
+TEST_CASE("coloured noise counts as what it is in the band: the right place leaves 1") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  set_parameter(truth, "sensor:body_acc.gain", 1.1);
+  const Seen own = seen(nominal, truth, 0.8);
+  CHECK(locate(own.fit, own.records).front().leftover > 2);
+  const std::vector<Place> places = locate(own.fit, own.records, own.noise_shares);
+  CHECK(places.front().location == "sensor:body_acc");
+  CHECK(places.front().leftover == Approx(1).epsilon(0.2));
+  CHECK(explains_all(places.front().leftover, own.fit.misfit));
+}
+
+TEST_CASE("two unknown signals are found at their two places, where no single one explains all") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  set_parameter(truth, "sensor:body_acc.gain", 1.1);
+  set_parameter(truth, "actuator:road.gain", 1.08);
+  const Seen own = seen(nominal, truth);
+  const std::vector<Place> places = locate(own.fit, own.records);
+  CHECK_FALSE(explains_all(places.front().leftover, own.fit.misfit));
+  const std::vector<PlacePair> pairs = locate_two(own.fit, own.records, places);
+  REQUIRE(pairs.size() == places.size() * (places.size() - 1) / 2);
+  std::array<std::string, 2> best = pairs.front().locations;
+  std::sort(best.begin(), best.end());
+  CHECK(best == std::array<std::string, 2>{"sensor:body_acc", "tyre"});
+  CHECK(explains_all(pairs.front().leftover, own.fit.misfit));
+  CHECK(pairs[1].leftover > 1.2 * pairs[0].leftover);
+  // A second place takes away, with its freedom in the noise: no pair leaves more than either of its places.
+  for (const PlacePair& pair : pairs)
+    for (const Place& place : places)
+      if (place.location == pair.locations[0] || place.location == pair.locations[1])
+        CHECK(pair.leftover < 2.1 * place.leftover);  // chi2 falls, and is over one channel in place of two
+}
+
+TEST_CASE("with two channels any two places explain all: no pairs are told") {
+  Plant nominal = plant_from(quarter_car_text);
+  nominal.sensors.pop_back();
+  Plant truth = nominal;
+  set_parameter(truth, "actuator:road.gain", 1.08);
+  const Seen own = seen(nominal, truth);
+  const std::vector<Place> places = locate(own.fit, own.records);
+  CHECK_FALSE(places.empty());
+  CHECK(locate_two(own.fit, own.records, places).empty());
+}
+
+TEST_CASE("without any catalogue one fault is an unknown at its place, two are at theirs, three are not locatable") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  truth.sensors[0].path.lag.time_constant_s = 0.006;  // what no parameter does
+  const Diagnosis one = without_catalogue(nominal, truth);
+  CHECK(one.places_needed == 1);
+  CHECK(one.place_pairs.empty());
+  CHECK(one.named == std::vector<std::string>{"unknown@sensor:travel"});
+  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.4}});
+  const Diagnosis two = without_catalogue(nominal, truth);
+  CHECK(two.outcome == GapOutcome::located_not_in_catalogue);
+  CHECK(two.places_needed == 2);
+  CHECK(std::set<std::string>(two.named.begin(), two.named.end()) ==
+        std::set<std::string>{"unknown@sensor:travel", "unknown@suspension"});
+  CHECK(two.named.front() == "unknown@" + two.locations[0].location);
+  CHECK(two.named.back() == "unknown@" + two.locations[1].location);
+  CHECK(two.locations[1].probability > 0.9);
+  truth.sensors[1].path.lag.time_constant_s = 0.006;
+  const Diagnosis three = without_catalogue(nominal, truth);
+  CHECK(three.places_needed == 0);
+  CHECK(three.named.size() == 1);
+  CHECK(three.locations.front().probability <= 0.5);
+  CHECK_THAT(three.message, Catch::Contains("the place is in doubt"));
 }
