@@ -70,10 +70,12 @@ std::string answer(const Diagnosis& diagnosis) {
     shares += fmt::format("{} {:.0f} % by {}", i == 0 ? ":" : ",", 100 * diagnosis.shares(i),
                           diagnosis.named[static_cast<std::size_t>(i)]);
   // An answer that closes little was found in the fitted records: those held out hold little of its effect.
+  const std::string ending = diagnosis.named.size() > 1 ? " " : "s ";
   const std::string effect =
       diagnosis.closure.high < kSeen
-          ? "explains it where the drive reaches it; the validation records hardly do, so that they do not show how far"
-          : "removes " + percent(diagnosis.closure) + " of what re-tuning leaves" + shares;
+          ? "explain" + ending +
+                "it where the drive reaches it; the validation records hardly do, so that they do not show how far"
+          : "remove" + ending + percent(diagnosis.closure) + " of what re-tuning leaves" + shares;
   std::string places = diagnosis.locations.front().location;
   double sure = diagnosis.locations.front().probability;
   for (std::size_t i = 1; i < diagnosis.locations.size(); ++i) {  // those of further effects that are named

@@ -182,6 +182,7 @@ TEST_CASE("two sensors at fault are both named, each at its place", "[slow]") {
   const std::string first = named[0].get<std::string>();
   CHECK(first.ends_with("@" + d.at("where").at("location").get<std::string>()));
   CHECK_THAT(out, Contains("sensor:travel and sensor:body_acc") || Contains("sensor:body_acc and sensor:travel"));
+  CHECK_THAT(out, Contains(" remove "));
 }
 
 TEST_CASE("two wrong parameters are not told as one", "[slow]") {

@@ -167,7 +167,8 @@ TEST_CASE("with two channels any two places explain all: no pairs are told") {
   CHECK(locate_two(own.fit, own.records, places).empty());
 }
 
-TEST_CASE("without any catalogue one fault is an unknown at its place, two are at theirs, three are not locatable") {
+TEST_CASE("without any catalogue one fault is an unknown at its place, two are at theirs, three are not locatable",
+          "[slow]") {
   const Plant nominal = plant_from(quarter_car_text);
   Plant truth = nominal;
   truth.sensors[0].path.lag.time_constant_s = 0.006;  // what no parameter does
