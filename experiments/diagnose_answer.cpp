@@ -8,6 +8,7 @@
 namespace wheelhop {
 namespace {
 
+constexpr double kClear = 0.5;          // misfit - 1 of the answer, from which something else is missing
 constexpr double kAsLittle = 1.5;       // leftover over that of the best pair of places, up to which one is told
 constexpr double kNextToNothing = 0.1;  // misfit - 1 after re-tuning, of which shares say nothing
 
@@ -87,6 +88,9 @@ std::string answer(const Diagnosis& diagnosis) {
   }
   std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) {}.", gap, places, sure, names,
                                  best().probability, effect);
+  if (const double left = diagnosis.corrected.misfit - 1; left > kClear && !diagnosis.places_left.empty())
+    text += fmt::format(" {:.1f} x the noise is left, most likely from {}.", std::sqrt(left),
+                        diagnosis.places_left.front().location);
   const std::string it = diagnosis.named.size() > 1 ? " One of the two" : " It";
   for (const std::string& other : diagnosis.ambiguous_with) text += it + " could also be " + other + ".";
   if (!diagnosis.separating.test.empty())

@@ -96,10 +96,16 @@ Json leftover_at(const Diagnosis& diagnosis, const std::string& location) {
   return {};
 }
 
+Json places_json(const std::vector<Place>& places) {
+  Json list = Json::array();
+  for (const Place& place : places)
+    list.push_back({{"location", place.location}, {"same_entry", place.same}, {"leftover_chi2", place.leftover}});
+  return list;
+}
+
 Json where_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination) {
   Json where = {{"location", diagnosis.locations.empty() ? Json() : Json(diagnosis.locations.front().location)},
                 {"locations", Json::array()},
-                {"without_catalogue", Json::array()},
                 {"places_needed", diagnosis.places_needed},
                 {"two_places", Json::array()},
                 {"channels", Json::array()}};
@@ -107,9 +113,8 @@ Json where_json(const Plant& plant, const Diagnosis& diagnosis, const Examinatio
     where["locations"].push_back({{"location", place.location},
                                   {"probability", place.probability},
                                   {"leftover_chi2", leftover_at(diagnosis, place.location)}});
-  for (const Place& place : diagnosis.places)
-    where["without_catalogue"].push_back(
-        {{"location", place.location}, {"same_entry", place.same}, {"leftover_chi2", place.leftover}});
+  where["without_catalogue"] = places_json(diagnosis.places);
+  where["left_with_answer"] = places_json(diagnosis.places_left);
   for (const PlacePair& pair : diagnosis.place_pairs)
     where["two_places"].push_back({{"locations", pair.locations}, {"leftover_chi2", pair.leftover}});
   for (std::size_t i = 0; i < diagnosis.delivered.nrmse.size(); ++i)

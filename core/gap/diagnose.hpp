@@ -78,6 +78,7 @@ struct Diagnosis {
   /// How many places it takes to explain what re-tuning leaves: 1, 2, or 0 where neither one unknown signal nor two do
   /// ("not locatable"), or too few channels tell.
   int places_needed = 0;
+  std::vector<Place> places_left;  ///< as `places`, of the plant with the effects named: where more may be missing
   std::vector<std::string> named;  ///< "effect@location", most sure first
   Vector shares;                   ///< of the effects named in the closure, as effect_shares; empty unless several are
   std::vector<std::string> ambiguous_with;

@@ -28,14 +28,12 @@ void check_answer(const GapCase& c, const Hypothesis& answer, Diagnosis& diagnos
   const double left = answer.fit.misfit - 1;
   add_check(diagnosis, "nothing of note is left", left < kTooSmall,
             fmt::format("misfit {:.3f} of the fitted records, 1 is the floor", answer.fit.misfit));
-  if (const std::vector<Place> places = locate(answer.fit, c.study.data.fitted, c.study.data.noise_shares);
-      !places.empty()) {
-    add_check(
-        diagnosis, "no place stands out any more", places.back().leftover < kStandsApart * places.front().leftover,
-        fmt::format("an unknown signal would leave {:.2f} at {}, {:.2f} at {}; without the answer {:.2f} and {:.2f}",
-                    places.front().leftover, places.front().location, places.back().leftover, places.back().location,
-                    diagnosis.places.front().leftover, diagnosis.places.back().leftover));
-  }
+  diagnosis.places_left = locate(answer.fit, c.study.data.fitted, c.study.data.noise_shares);
+  if (const std::vector<Place>& now = diagnosis.places_left; !now.empty())
+    add_check(diagnosis, "no place stands out any more", now.back().leftover < kStandsApart * now.front().leftover,
+              fmt::format("an unknown signal leaves {:.2f} at {} and {:.2f} at {}; without the answer {:.2f} to {:.2f}",
+                          now.front().leftover, now.front().location, now.back().leftover, now.back().location,
+                          diagnosis.places.front().leftover, diagnosis.places.back().leftover));
   const auto count = static_cast<Index>(c.study.tolerances.size());
   const Vector z = answer.fit.theta.head(count);
   if (answer.fit.covariance.size() > 0 && count > 0) {
