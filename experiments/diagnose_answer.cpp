@@ -103,8 +103,10 @@ namespace {
 /// Where no single place explains all channels: the pairs of places that leave about as little as the best of them.
 void print_place_pairs(const Diagnosis& diagnosis) {
   if (diagnosis.place_pairs.empty()) return;
-  fmt::print("no single place explains all channels; two at once{} (1: they explain all)\n",
-             diagnosis.places_needed == 2 ? "" : " do not either");
+  fmt::print("no single place explains all channels{} (1: all is explained)\n",
+             diagnosis.places_needed == 2   ? "; two at once do"
+             : diagnosis.places_needed == 1 ? ", unless a force there jumps; two at once"
+                                            : ", nor do two");
   for (const PlacePair& pair : diagnosis.place_pairs) {
     if (pair.leftover > kAsLittle * diagnosis.place_pairs.front().leftover) break;
     fmt::print("  {:<38} {:10.3f}\n", pair.locations[0] + " and " + pair.locations[1], pair.leftover);

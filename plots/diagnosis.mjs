@@ -42,7 +42,8 @@ function twoPlaces({ where }) {
   const pairs = where.two_places ?? [];
   if (pairs.length === 0) return '';
   const rows = pairs.slice(0, 5).map(({ locations, leftover_chi2 }) => [locations.map(escape).join(' and '), short(leftover_chi2)]);
-  return table(`No single place explains all channels. ${where.places_needed === 2 ? 'Two at once do' : 'Two at once do not either'}: what an unknown signal at each of them would leave; 1 is the noise.`, ['Places', 'Leaves'], rows);
+  const says = { 1: ', unless a force there jumps. Two at once do:', 2: '. Two at once do:' }[where.places_needed] ?? ', nor do two:';
+  return table(`No single place explains all channels${says} what an unknown signal at each of them would leave; 1 is the noise.`, ['Places', 'Leaves'], rows);
 }
 
 function howFar({ how_far }) {

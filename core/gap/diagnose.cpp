@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/gap/judge.hpp"
+#include "core/gap/probe.hpp"
 
 namespace wheelhop {
 
@@ -38,19 +39,33 @@ namespace {
 
 constexpr double kHalved = 0.5;  // of what the best place leaves, what two places may leave of it to be told
 
+/// True of an accelerometer that feels a force at a place directly.
+bool feels(const Plant& plant, const std::string& sensor, const std::string& location) {
+  std::string from, to;
+  if (!ends_of(plant, location, from, to)) return false;
+  return std::any_of(plant.sensors.begin(), plant.sensors.end(), [&](const Sensor& own) {
+    return "sensor:" + own.name == sensor && own.kind == SensorKind::acceleration && (own.to == from || own.to == to);
+  });
+}
+
 /// Where unknown signals would enter the re-tuned plant: at one place, or at two where one does not explain all.
 void find_places(const PlantFit& fit, const GapData& data, Diagnosis& diagnosis) {
   diagnosis.places = locate(fit, data.fitted, data.noise_shares);
   if (diagnosis.places.empty()) return;
-  const double alone = diagnosis.places.front().leftover;
-  if (explains_all(alone, fit.misfit)) {
+  const Place& best = diagnosis.places.front();
+  if (explains_all(best.leftover, fit.misfit)) {
     diagnosis.places_needed = 1;
     return;
   }
   diagnosis.place_pairs = locate_two(fit, data.fitted, diagnosis.places, data.noise_shares);
   if (diagnosis.place_pairs.empty()) return;
-  const double together = diagnosis.place_pairs.front().leftover;
-  if (explains_all(together, fit.misfit) && together - 1 < kHalved * (alone - 1)) diagnosis.places_needed = 2;
+  const PlacePair& pair = diagnosis.place_pairs.front();
+  if (!explains_all(pair.leftover, fit.misfit) || pair.leftover - 1 > kHalved * (best.leftover - 1)) return;
+  // Of a force that jumps within a sample the accelerometers upon it show what no force held over samples does.
+  const auto of_best = [&](const std::string& location) {
+    return location == best.location || feels(fit.plant, location, best.location);
+  };
+  diagnosis.places_needed = of_best(pair.locations[0]) && of_best(pair.locations[1]) ? 1 : 2;
 }
 
 }  // namespace

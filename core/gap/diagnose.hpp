@@ -76,7 +76,8 @@ struct Diagnosis {
   std::vector<Place> places;
   std::vector<PlacePair> place_pairs;  ///< the same for two places, where no single one explains all; else empty
   /// How many places it takes to explain what re-tuning leaves: 1, 2, or 0 where neither one unknown signal nor two do
-  /// ("not locatable"), or too few channels tell.
+  /// ("not locatable"), or too few channels tell. Of a pair that is the best place and an accelerometer upon it, or two
+  /// of these, one place may be enough for a force that jumps: 1 as well.
   int places_needed = 0;
   std::vector<Place> places_left;  ///< as `places`, of the plant with the effects named: where more may be missing
   std::vector<std::string> named;  ///< "effect@location", most sure first

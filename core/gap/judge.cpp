@@ -20,7 +20,8 @@ constexpr double kOfPlace = 4;          // what the log of that ratio counts in 
 constexpr double kHeld = 0.97;          // probability that the catalogue holds what explains a gap whole ...
 constexpr double kHeldSlope = 1.2;      // ... and what a share that stays unexplained takes from it
 constexpr double kWorthFitting = 0.25;  // of kNotice, what the screen must expect of the best for any to be fitted
-constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for
+constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for,
+                                        // unless it enters at another place
 constexpr double kWorthPair = 0.1;      // and that the first must have removed: of two effects one is the larger
 constexpr double kWorthFreeing = 2;     // surprise of a parameter from which it is fitted without its tolerance
 constexpr double kStandsOut = 0.75;     // probability from which one parameter among nearer ones is named
@@ -109,15 +110,22 @@ void name_nothing(const GapCase& c, Diagnosis& diagnosis) {
 }
 
 /// What an unknown signal at a location leaves, over what it leaves at the best place; 1 where it is not known.
-double leftover_ratio(const Diagnosis& diagnosis, const std::string& location) {
+double leftover_ratio(const std::vector<Place>& places, const std::string& location) {
   const auto matches = [&](const std::string& entry) {
     return entry == location || entry == kGuide + location ||
            (location == "timebase" && entry.starts_with("actuator"));  // the drive's clock enters with the drive
   };
-  for (const Place& place : diagnosis.places)
+  for (const Place& place : places)
     if (matches(place.location) || std::any_of(place.same.begin(), place.same.end(), matches))
-      return place.leftover / std::max(diagnosis.places.front().leftover, 1e-3);
+      return place.leftover / std::max(places.front().leftover, 1e-3);
   return 1;
+}
+
+/// True if what an effect leaves enters at another place than its own.
+bool leaves_another(const GapCase& c, Hypothesis& answer) {
+  if (!linearise(answer.fit, answer.parameters, c.study.data.fitted)) return false;
+  return leftover_ratio(locate(answer.fit, c.study.data.fitted, c.study.data.noise_shares),
+                        answer.effects.back().location) > kElsewhere;
 }
 
 /// A sensor, an actuator or the clock: no force of the plant.
@@ -206,7 +214,7 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
       extend(c.study, c.retuned, {.least = kWorthFitting * kNotice * diagnosis.floor.colour}, changes);
   std::vector<Rival> rivals = rivals_of(singles);
   for (Rival& rival : rivals)
-    rival.plausibility -= kOfPlace * std::log(std::max(leftover_ratio(diagnosis, rival.location), 1.0));
+    rival.plausibility -= kOfPlace * std::log(std::max(leftover_ratio(diagnosis.places, rival.location), 1.0));
   const Vector t = surprises(c.retuned.fit, static_cast<Index>(c.study.tolerances.size()));
   const double surprise = t.size() > 0 ? t.cwiseAbs().maxCoeff() : 0;
   const double gain = singles.empty() ? 0 : c.retuned.chi2 - singles.front().chi2;
@@ -256,8 +264,8 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
 
   Hypothesis answer = name_first(c, singles, rivals, diagnosis);
   const double gap = c.retuned.chi2 - c.floor_chi2(), remains = answer.chi2 - c.floor_chi2();
-  if (c.options.effects > 1 && remains < (1 - kWorthPair) * gap &&
-      remains > std::max(kNotice * diagnosis.floor.colour, kWorthSecond * gap))
+  if (c.options.effects > 1 && remains < (1 - kWorthPair) * gap && remains > kNotice * diagnosis.floor.colour &&
+      (remains > kWorthSecond * gap || leaves_another(c, answer)))
     add_second(c, singles, rivals, weighing, changes, answer, diagnosis);
   if (diagnosis.outcome == GapOutcome::effect) {
     add_ambiguous(rivals, diagnosis);
@@ -283,7 +291,7 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
   // What explains the gap, or a part of it, from a place at which no signal would explain the rest is a mask.
   const bool misplaced = diagnosis.outcome != GapOutcome::several &&
                          answer.chi2 - c.floor_chi2() > kNotice * diagnosis.floor.colour &&
-                         leftover_ratio(diagnosis, answer.effects.back().location) >
+                         leftover_ratio(diagnosis.places, answer.effects.back().location) >
                              (explained < kExplainsWell ? kElsewhere : kFarElsewhere);
   const std::string odd =
       diagnosis.outcome != GapOutcome::several ? undefined_size(answer.effects.back(), answer.fit.plant) : "";

@@ -14,7 +14,7 @@ namespace {
 constexpr double kSameDirection = 0.9999;
 constexpr Index kCompared = 12;          // frequencies at which two places are compared
 constexpr double kOwnDirection = 0.03;   // of a unit vector, what a second place has to add to the first one's
-constexpr double kFloorError = 0.3;      // of the noise, by which the floor in the band may be wrong
+constexpr double kFloorError = 0.5;      // of the noise, by which the floor in the band may be wrong
 constexpr double kLinearised = 0.02;     // of the gap, what linearising may leave at the right place
 constexpr std::size_t kPaired = 8;       // best places of which every pair is tried
 constexpr double kHannLinesApart = 1.5;  // independent values of a Hann spectrum lie so many lines apart

@@ -106,7 +106,7 @@ test('checks are shown whatever they hold', () => {
 });
 
 test('pairs of places are shown where no single one explains all, and only there', () => {
-  for (const [needed, says] of [[2, 'Two at once do:'], [0, 'Two at once do not either:']]) {
+  for (const [needed, says] of [[2, 'channels. Two at once do:'], [1, 'unless a force there jumps. Two'], [0, 'channels, nor do two:']]) {
     const diagnosis = changed(diagnosisData(), (d) => {
       d.where.places_needed = needed;
       d.where.two_places = [{ locations: ['strut', 'sensor:acc'], leftover_chi2: 1.04 }, { locations: ['strut', 'tyre'], leftover_chi2: 9 }];

@@ -185,6 +185,19 @@ TEST_CASE("two sensors at fault are both named, each at its place", "[slow]") {
   CHECK_THAT(out, Contains(" remove "));
 }
 
+TEST_CASE("a second effect a hundredth of the first one's size is found where it enters", "[slow]") {
+  const Folder folder;
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.6}});
+  truth.sensors[0].path.lag.time_constant_s = 0.0008;
+  measure(folder, nominal, truth, 0.004);
+  std::string out;
+  const Json d = diagnosis(folder, out);
+  CHECK(d.at("which").at("named") == Json::array({"damper_asymmetry@suspension", "sensor_lag@sensor:travel"}));
+  CHECK(d.at("which").at("effects")[1].at("share").get<double>() < 0.06);
+}
+
 TEST_CASE("two wrong parameters are not told as one", "[slow]") {
   const Folder folder;
   const Plant nominal = plant_from(quarter_car_text);
