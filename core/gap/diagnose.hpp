@@ -79,7 +79,7 @@ struct Diagnosis {
   /// ("not locatable"), or too few channels tell. Of a pair that is the best place and an accelerometer upon it, or two
   /// of these, one place may be enough for a force that jumps: 1 as well.
   int places_needed = 0;
-  std::vector<Place> places_left;  ///< as `places`, of the plant with the effects named: where more may be missing
+  std::vector<Place> places_left;  ///< as `places`, of the plant with the effects named; empty if none is added
   std::vector<std::string> named;  ///< "effect@location", most sure first
   Vector shares;                   ///< of the effects named in the closure, as effect_shares; empty unless several are
   std::vector<std::string> ambiguous_with;

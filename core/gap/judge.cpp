@@ -166,6 +166,7 @@ void correct_nothing(const GapCase& c, Diagnosis& diagnosis) {
   diagnosis.corrected = c.retuned.stage;
   diagnosis.plant = c.retuned.fit.plant;
   diagnosis.closure = kNothingAdded;
+  diagnosis.places_left.clear();
 }
 
 void add_ambiguous(const std::vector<Rival>& rivals, Diagnosis& diagnosis) {

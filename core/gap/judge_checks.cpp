@@ -7,10 +7,9 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kPlausible = -4;  // log density of an answer's sizes, below which they are odd
-constexpr double kStandsApart =
-    1.5;                       // leftover at the worst place over that at the best, from which that one stands out
-constexpr double kSame = 0.9;  // closure from which a rival would have done as well
+constexpr double kPlausible = -4;     // log density of an answer's sizes, below which they are odd
+constexpr double kStandsApart = 1.5;  // leftover at the worst place over that at the best, which then stands out
+constexpr double kSame = 0.9;         // closure from which a rival would have done as well
 
 void add_check(Diagnosis& diagnosis, const std::string& name, bool passed, std::string detail) {
   diagnosis.checks.push_back({name, passed, std::move(detail)});

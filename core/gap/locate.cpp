@@ -16,6 +16,7 @@ constexpr Index kCompared = 12;          // frequencies at which two places are 
 constexpr double kOwnDirection = 0.03;   // of a unit vector, what a second place has to add to the first one's
 constexpr double kFloorError = 0.5;      // of the noise, by which the floor in the band may be wrong
 constexpr double kLinearised = 0.02;     // of the gap, what linearising may leave at the right place
+constexpr double kQuietest = 0.1;        // of the mean density, taken for the noise where it has still less in the band
 constexpr std::size_t kPaired = 8;       // best places of which every pair is tried
 constexpr double kHannLinesApart = 1.5;  // independent values of a Hann spectrum lie so many lines apart
 constexpr Index kNearbyLines = 4;        // either side, over which the unknown signal's spectrum is smooth
@@ -131,12 +132,14 @@ Spectra spectra_of(const PlantFit& fit, const std::vector<FitRecord>& records, s
   return spectra;
 }
 
-/// Noise density of each channel below a frequency, over that of white noise of the same power.
+/// Noise density of each channel below a frequency, over that of white noise of the same power. Never so low that what
+/// no plant tells would count.
 /// @param share of the whole band, 0 ... 1
 Vector density_below(const Matrix& noise_shares, Index p, double share) {
   if (noise_shares.size() == 0) return Vector::Ones(p);
   const auto bands = std::max<Index>(1, std::llround(share * static_cast<double>(noise_shares.cols())));
-  return noise_shares.leftCols(bands).rowwise().mean() * static_cast<double>(noise_shares.cols());
+  const Vector mean = noise_shares.leftCols(bands).rowwise().mean();
+  return (mean * static_cast<double>(noise_shares.cols())).cwiseMax(kQuietest);
 }
 
 Matrix gram(const ComplexMatrix& X) { return (X.adjoint() * X).real(); }
