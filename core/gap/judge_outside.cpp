@@ -19,16 +19,19 @@ constexpr double kDoubt = 0.5;     // most probability of a place that does not 
 constexpr double kRounded = 0.15;  // share of the floor that rounding makes, from which the converter is named
 constexpr double kRoundingSeen = 0.95;  // probability of a lattice that was seen in the readings
 
-/// Locations by what an unknown signal there leaves, as rivals over blocks of time.
+/// Probabilities of places, or of pairs of them, by what unknown signals there leave, as rivals over blocks of time.
+template <typename PlaceOrPair>
+Vector by_leftover(const std::vector<PlaceOrPair>& list, Index blocks) {
+  Vector leftovers(static_cast<Index>(list.size()));
+  for (std::size_t i = 0; i < list.size(); ++i) leftovers(static_cast<Index>(i)) = std::max(list[i].leftover, 1e-3);
+  return rival_probabilities(leftovers, blocks, kLimit);
+}
+
 void locate_by_leftover(Diagnosis& diagnosis) {
   diagnosis.locations.clear();
-  if (diagnosis.places.empty()) return;
-  Vector leftovers(static_cast<Index>(diagnosis.places.size()));
-  for (std::size_t i = 0; i < diagnosis.places.size(); ++i)
-    leftovers(static_cast<Index>(i)) = std::max(diagnosis.places[i].leftover, 1e-3);
-  const Vector p = rival_probabilities(leftovers, diagnosis.retuned.blocks.size(), kLimit);
-  for (std::size_t i = 0; i < diagnosis.places.size(); ++i)
-    diagnosis.locations.push_back({diagnosis.places[i].location, p(static_cast<Index>(i))});
+  const Vector p = by_leftover(diagnosis.places, diagnosis.retuned.blocks.size());
+  for (Index i = 0; i < p.size(); ++i)
+    diagnosis.locations.push_back({diagnosis.places[static_cast<std::size_t>(i)].location, p(i)});
 }
 
 /// A force between the ground and a mass is one on the mass.
@@ -38,10 +41,7 @@ std::string own_name(const std::string& location) {
 
 /// Two unknown signals, where one does not explain all channels.
 void name_two_places(Diagnosis& diagnosis) {
-  Vector leftovers(static_cast<Index>(diagnosis.place_pairs.size()));
-  for (std::size_t i = 0; i < diagnosis.place_pairs.size(); ++i)
-    leftovers(static_cast<Index>(i)) = std::max(diagnosis.place_pairs[i].leftover, 1e-3);
-  const Vector p = rival_probabilities(leftovers, diagnosis.retuned.blocks.size(), kLimit);
+  const Vector p = by_leftover(diagnosis.place_pairs, diagnosis.retuned.blocks.size());
   std::map<std::string, double> sums;
   for (std::size_t i = 0; i < diagnosis.place_pairs.size(); ++i)
     for (const std::string& location : diagnosis.place_pairs[i].locations)

@@ -47,7 +47,7 @@ bool enter_alike(const LinearPlant& a, const LinearPlant& b, double highest_hz) 
   return true;
 }
 
-std::vector<Entry> entries_of(const PlantFit& fit, const std::vector<FitRecord>& records) {
+std::vector<Entry> all_entries(const PlantFit& fit, const std::vector<FitRecord>& records) {
   const Plant& plant = fit.plant;
   const double highest_hz = 0.4 * plant.hold_hz() / static_cast<double>(records.front().ratio);
   std::vector<Entry> entries;
@@ -219,7 +219,7 @@ std::vector<double> leftovers(const std::vector<Entry>& entries, const std::vect
 std::vector<Place> locate(const PlantFit& fit, const std::vector<FitRecord>& records, const Matrix& noise_shares) {
   std::vector<Place> places;
   if (fit.plant.sensor_count() < 2 || fit.error.size() != records.size()) return places;
-  std::vector<Entry> entries = entries_of(fit, records);
+  std::vector<Entry> entries = all_entries(fit, records);
   std::vector<std::vector<std::size_t>> each;
   for (std::size_t k = 0; k < entries.size(); ++k) each.push_back({k});
   const std::vector<double> left = leftovers(entries, each, fit, records, noise_shares);
@@ -236,7 +236,7 @@ std::vector<PlacePair> locate_two(const PlantFit& fit, const std::vector<FitReco
                                   const std::vector<Place>& places, const Matrix& noise_shares) {
   std::vector<PlacePair> pairs;
   if (fit.plant.sensor_count() < 3 || places.empty()) return pairs;
-  const std::vector<Entry> entries = entries_of(fit, records);
+  const std::vector<Entry> entries = all_entries(fit, records);
   std::vector<std::size_t> best;  // in the order of the places
   for (std::size_t i = 0; i < std::min(places.size(), kPaired); ++i)
     best.push_back(static_cast<std::size_t>(
