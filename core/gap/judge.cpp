@@ -121,11 +121,13 @@ double leftover_ratio(const std::vector<Place>& places, const std::string& locat
   return 1;
 }
 
-/// True if what an effect leaves enters at another place than its own.
-bool leaves_another(const GapCase& c, Hypothesis& answer) {
+/// True if what an effect leaves enters at another place than its own, although the gap entered there. Of one that
+/// masks a gap from elsewhere the remains lie anywhere.
+bool leaves_another(const GapCase& c, const Diagnosis& diagnosis, Hypothesis& answer) {
+  const std::string& location = answer.effects.back().location;
+  if (leftover_ratio(diagnosis.places, location) > kElsewhere) return false;
   if (!linearise(answer.fit, answer.parameters, c.study.data.fitted)) return false;
-  return leftover_ratio(locate(answer.fit, c.study.data.fitted, c.study.data.noise_shares),
-                        answer.effects.back().location) > kElsewhere;
+  return leftover_ratio(locate(answer.fit, c.study.data.fitted, c.study.data.noise_shares), location) > kElsewhere;
 }
 
 /// A sensor, an actuator or the clock: no force of the plant.
@@ -266,7 +268,7 @@ void judge(const GapCase& c, Diagnosis& diagnosis) {
   Hypothesis answer = name_first(c, singles, rivals, diagnosis);
   const double gap = c.retuned.chi2 - c.floor_chi2(), remains = answer.chi2 - c.floor_chi2();
   if (c.options.effects > 1 && remains < (1 - kWorthPair) * gap && remains > kNotice * diagnosis.floor.colour &&
-      (remains > kWorthSecond * gap || leaves_another(c, answer)))
+      (remains > kWorthSecond * gap || leaves_another(c, diagnosis, answer)))
     add_second(c, singles, rivals, weighing, changes, answer, diagnosis);
   if (diagnosis.outcome == GapOutcome::effect) {
     add_ambiguous(rivals, diagnosis);
