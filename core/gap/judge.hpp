@@ -22,6 +22,11 @@ inline constexpr double kOutOfTolerance = 3;
 /// What stands before a mass in the name of the place between it and the ground.
 inline constexpr const char* kGuide = "guide:";
 
+/// Leftover of a place over that of the best place, from which the gap enters elsewhere.
+inline constexpr double kElsewhere = 1.5;
+/// Probability that the catalogue holds what explains a gap whole.
+inline constexpr double kHeld = 0.97;
+
 /// What has been computed and is being judged.
 struct GapCase {
   const Study& study;
@@ -60,6 +65,18 @@ bool name_rounding(const GapCase& c, Diagnosis& diagnosis);
 
 /// Locations by the sum of the probabilities that speak for each, at most kLimit, in descending order.
 std::vector<LocationProbability> ranked(const std::map<std::string, double>& sums);
+/// Locations by the rivals that stand there.
+void add_locations(const std::vector<Rival>& rivals, Diagnosis& diagnosis);
+/// What an unknown signal at a location leaves, over what it leaves at the best place; 1 where it is not known.
+double leftover_ratio(const std::vector<Place>& places, const std::string& location);
+
+/// The answer is one parameter of the plant, free of its tolerance. False if that leaves a gap or drives other
+/// parameters out of theirs; the message then says so.
+bool name_parameter(const GapCase& c, const Rival& rival, Diagnosis& diagnosis);
+/// One parameter inside its tolerance, where all others are nearer still: it makes the gap of the plant as delivered.
+/// False if there is none.
+bool name_standing_out(const GapCase& c, Diagnosis& diagnosis);
+
 /// Names the most probable rival, an effect, alone. @return its hypothesis
 Hypothesis name_first(const GapCase& c, const std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals,
                       Diagnosis& diagnosis);
@@ -67,6 +84,11 @@ Hypothesis name_first(const GapCase& c, const std::vector<Hypothesis>& singles, 
 /// found a better fit of an effect alone, which is then weighed again among its rivals
 void add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<Rival>& rivals,
                 const Weighing& weighing, Changes& changes, Hypothesis& answer, Diagnosis& diagnosis);
+
+/// Takes from the probabilities what the answer leaves unexplained. One that explains too little, from the wrong place
+/// or by absurd sizes is withdrawn: rounding or an unknown signal is named instead.
+/// @param answer what the diagnosis names   @param rivals the most probable first
+void doubt_answer(const GapCase& c, const Hypothesis& answer, const std::vector<Rival>& rivals, Diagnosis& diagnosis);
 
 /// Checks by other means than those that found the answer. @param answer linearised
 void check_answer(const GapCase& c, const Hypothesis& answer, Diagnosis& diagnosis);
