@@ -17,7 +17,7 @@ constexpr double kOnLattice = 1e-3;     // of a step, by which a reading may lie
 constexpr Index kColourBands = 24;      // in which the density of the noise is looked at
 constexpr Index kErrorBlocks = 20;      // of time, whose scatter tells the error of the noise power
 constexpr double kEstimateError = 0.1;  // of the power that the quiet end tells
-constexpr double kSameDrive = 0.05;     // repeats whose measured inputs differ by more are repeats of something else
+constexpr double kSameDrive = 0.05;     // of the drives of one unit: repeats that differ by more are of something else
 
 using Repeats = std::vector<const Record*>;
 
@@ -38,10 +38,27 @@ std::vector<Repeats> groups_of(const RecordSet& set) {
   return groups;
 }
 
-Matrix mean_outputs(const Repeats& group) {
-  Matrix mean = group.front()->signal.y;
-  for (std::size_t r = 1; r < group.size(); ++r) mean += group[r]->signal.y;
+/// Mean over the repeats of `of`, u or y.
+Matrix mean_of(const Repeats& group, Matrix Signal::*of) {
+  Matrix mean = group.front()->signal.*of;
+  for (std::size_t r = 1; r < group.size(); ++r) mean += group[r]->signal.*of;
   return mean / static_cast<double>(group.size());
+}
+
+/// First sample that every repeat scores.
+Index skip_of(const Repeats& group) {
+  Index skip = 0;
+  for (const Record* record : group) skip = std::max(skip, record->signal.skip);
+  return skip;
+}
+
+/// What does not repeat, of each record, in the samples that are scored.
+std::vector<Matrix> noise_of(const Repeats& group) {
+  const Matrix mean = mean_of(group, &Signal::y);
+  const Index kept = mean.cols() - skip_of(group);
+  std::vector<Matrix> noise;
+  for (const Record* record : group) noise.push_back((record->signal.y - mean).rightCols(kept));
+  return noise;
 }
 
 void check_repeats(const Repeats& group) {
@@ -51,13 +68,20 @@ void check_repeats(const Repeats& group) {
       throw UserError(fmt::format("{}: expected {} samples as in {}, whose drive \"{}\" it repeats, found {}",
                                   other->file, first.signal.samples(), first.file, first.repeat_of,
                                   other->signal.samples()));
+    const std::vector<Channel>& inputs = first.signal.inputs;
     const Vector level = rms(first.signal.u), difference = rms(other->signal.u - first.signal.u);
-    for (Index i = 0; i < level.size(); ++i)
-      if (difference(i) > kSameDrive * level(i))
+    for (Index i = 0; i < level.size(); ++i) {
+      double largest = 0;  // an actuator at rest shows its noise alone
+      for (Index j = 0; j < level.size(); ++j)
+        if (inputs[static_cast<std::size_t>(j)].unit == inputs[static_cast<std::size_t>(i)].unit)
+          largest = std::max(largest, level(j));
+      if (largest == 0) largest = difference(i);
+      if (difference(i) > kSameDrive * largest)
         throw UserError(fmt::format(
             "{}: input \"{}\" differs from that of {} by {:.1f} % (RMS): they are not repeats of one drive \"{}\"",
-            other->file, first.signal.inputs[static_cast<std::size_t>(i)].name, first.file,
-            100 * difference(i) / level(i), first.repeat_of));
+            other->file, inputs[static_cast<std::size_t>(i)].name, first.file, 100 * difference(i) / largest,
+            first.repeat_of));
+    }
   }
 }
 
@@ -96,15 +120,14 @@ double colour_of(const Matrix& noise) {
 double error_of_power(const std::vector<Repeats>& groups, ConstVectorRef std) {
   std::vector<double> powers;
   for (const Repeats& group : groups) {
-    const Matrix mean = mean_outputs(group);
-    const Index block = mean.cols() / kErrorBlocks;
+    const std::vector<Matrix> noise = noise_of(group);
+    const Index block = noise.front().cols() / kErrorBlocks;
     if (group.size() < 2 || block == 0) continue;
-    const double degrees = static_cast<double>((static_cast<Index>(group.size()) - 1) * block * mean.rows());
+    const double degrees = static_cast<double>((static_cast<Index>(group.size()) - 1) * block * std.size());
     for (Index b = 0; b < kErrorBlocks; ++b) {
       double power = 0;
-      for (const Record* record : group)
-        power +=
-            ((record->signal.y - mean).middleCols(b * block, block).array().colwise() / std.array()).square().sum();
+      for (const Matrix& own : noise)
+        power += (own.middleCols(b * block, block).array().colwise() / std.array()).square().sum();
       powers.push_back(power / degrees);
     }
   }
@@ -131,9 +154,10 @@ std::vector<Measured> merge_repeats(const RecordSet& set) {
     const Record& first = *group.front();
     Measured measured{group.size() > 1 ? first.repeat_of : first.file, first.role, first.signal,
                       static_cast<Index>(group.size()), Vector(first.signal.y.rows())};
-    measured.signal.y = mean_outputs(group);
+    measured.signal.u = mean_of(group, &Signal::u);
+    measured.signal.y = mean_of(group, &Signal::y);
+    measured.signal.skip = skip_of(group);
     for (Index i = 0; i < measured.quantum.size(); ++i) measured.quantum(i) = lattice_step(first.signal.y.row(i));
-    for (const Record* record : group) measured.signal.skip = std::max(measured.signal.skip, record->signal.skip);
     merged.push_back(std::move(measured));
   }
   return merged;
@@ -148,13 +172,12 @@ NoiseFloor noise_floor(const RecordSet& set) {
   for (const Repeats& group : groups) {
     if (group.size() < 2) continue;
     check_repeats(group);
-    const Matrix mean = mean_outputs(group);
-    for (const Record* record : group) {
-      const Matrix noise = record->signal.y - mean;
-      within += noise.rowwise().squaredNorm();
-      floor.colour = std::max(floor.colour, colour_of(noise));
+    const std::vector<Matrix> noise = noise_of(group);
+    for (const Matrix& own : noise) {
+      within += own.rowwise().squaredNorm();
+      floor.colour = std::max(floor.colour, colour_of(own));
     }
-    floor.degrees += static_cast<Index>(group.size() - 1) * mean.cols();
+    floor.degrees += static_cast<Index>(group.size() - 1) * noise.front().cols();
   }
   if (floor.degrees > 0) {
     floor.source = FloorSource::repeats;
@@ -172,8 +195,9 @@ NoiseFloor noise_floor(const RecordSet& set) {
   } else {
     Vector power = Vector::Zero(p);
     for (const Record& record : set.records) {
-      power += static_cast<double>(record.signal.samples()) * quiet_end(record.signal.y).cwiseAbs2();
-      floor.degrees += record.signal.samples();
+      const Index kept = record.signal.samples() - record.signal.skip;
+      power += static_cast<double>(kept) * quiet_end(record.signal.y.rightCols(kept)).cwiseAbs2();
+      floor.degrees += kept;
     }
     floor.std = (power / static_cast<double>(floor.degrees)).cwiseSqrt();
     floor.power_error = kEstimateError;

@@ -29,16 +29,17 @@ struct NoiseFloor {
 struct Measured {
   std::string name;   ///< `repeat_of`, or the file
   std::string role;   ///< "estimation" or "validation"
-  Signal signal;      ///< outputs averaged over the repeats
+  Signal signal;      ///< inputs and outputs averaged over the repeats
   Index repeats = 1;  ///< the noise of the mean is floor / sqrt(repeats)
   Vector quantum;     ///< p, step of the lattice on which a single record's values lie; 0: none seen
 };
 
 /// Groups the records of a set by role and `repeat_of` and averages each group.
-/// UserError if repeats of one drive differ in length, or in their inputs by more than 5 % (RMS over RMS).
+/// UserError if repeats of one drive differ in length, or in an input by more than 5 % of the largest drive of its unit
+/// (RMS over RMS).
 std::vector<Measured> merge_repeats(const RecordSet& set);
 
-/// Standard deviation of each output's noise.
+/// Standard deviation of each output's noise, in the samples that are scored.
 ///
 /// From repeats: within-group variance sum_r sum_k (y_rk - mean_k)^2 / ((R - 1) K), pooled over groups; it holds all
 /// that does not repeat, coloured or not. Else `noise_std` of the set, which must then name every output. Else an

@@ -156,7 +156,8 @@ Matrix noise_shares(const RecordSet& set, const std::vector<double>& band_edges_
     if (mean.repeats < 2) continue;
     for (const Record& record : set.records) {
       if (record.repeat_of != mean.name || record.role != mean.role) continue;
-      const Matrix own = band_power(record.signal.y - mean.signal.y, record.signal.sample_time_s, band_edges_hz);
+      const Matrix noise = (record.signal.y - mean.signal.y).rightCols(mean.signal.y.cols() - mean.signal.skip);
+      const Matrix own = band_power(noise, record.signal.sample_time_s, band_edges_hz);
       power = power.size() == 0 ? own : Matrix(power + own);
     }
   }

@@ -91,6 +91,38 @@ TEST_CASE("the mean of R repeats keeps the response and carries the floor over s
   for (Index i = 0; i < 2; ++i) CHECK(left(i) == Approx(kStd(i) / 2).epsilon(0.05));
 }
 
+TEST_CASE("samples that no score counts are no noise either") {
+  for (const Index repeats : {1, 2}) {
+    CAPTURE(repeats);
+    RecordSet set = noisy(repeats, kStd);
+    const NoiseFloor clean = noise_floor(set);
+    Random random = numbers(503);
+    for (Record& record : set.records) {
+      record.signal.skip = kSamples / 4;
+      record.signal.y.leftCols(kSamples / 4) += random.normal(2, kSamples / 4);
+    }
+    const NoiseFloor floor = noise_floor(set);
+    CHECK(floor.degrees == 3 * clean.degrees / 4);
+    for (Index i = 0; i < 2; ++i) CHECK(floor.std(i) == Approx(clean.std(i)).epsilon(0.1));
+    CHECK(floor.power_error < 0.2);
+    CHECK(floor.colour < 1.5);
+  }
+}
+
+TEST_CASE("inputs that were measured with noise are averaged as the outputs are, an actuator at rest among them") {
+  RecordSet set = noisy(4, kStd);
+  Random random = numbers(504);
+  for (Record& record : set.records) {
+    record.signal.inputs.push_back({"idle", "m"});
+    record.signal.u.conservativeResize(2, kSamples);
+    record.signal.u.row(1).setZero();
+    record.signal.u += 0.01 * random.normal(2, kSamples);
+  }
+  const Matrix mean = merge_repeats(set).front().signal.u;
+  CHECK(rms(mean.row(0) - response().u)(0) == Approx(0.005).epsilon(0.1));
+  CHECK(rms(mean.row(1))(0) == Approx(0.005).epsilon(0.1));
+}
+
 TEST_CASE("without repeats the floor is the record set's, and without that the level of the quiet end of the band") {
   RecordSet set = noisy(1, kStd);
   const NoiseFloor estimated = noise_floor(set);
