@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 namespace wheelhop {
 namespace {
@@ -31,10 +32,37 @@ std::array<double, 2> slopes_at(const Plant& plant, double x, double v) {
   return sum;
 }
 
+struct ErrorOf {
+  std::string_view part;    ///< of a parameter's name
+  std::string_view effect;  ///< id
+};
+
+/// Parameters of drive and sensor paths, and of laws with a memory, which have no slopes at rest.
+constexpr ErrorOf kNamed[] = {{"mass_kg", "mass_error"},
+                              {".gain", "gain_error"},
+                              {".crosstalk", "crosstalk"},
+                              {".offset", "bias"},
+                              {".bias", "bias"},
+                              {".drift", "drift"},
+                              {".quantum", "quantisation"},
+                              {".delay_s", "time_delay"},
+                              {".sampling_phase", "time_delay"},
+                              {".rate_limit", "rate_limit"},
+                              {".saturation", "saturation"},
+                              {".clock_skew", "clock_skew"},
+                              {".bouc_wen", "hysteresis"},
+                              {".maxwell_branch", "series_compliance"},
+                              {".damper_mount", "series_compliance"},
+                              {".cavitating_damper", "cavitation"},
+                              {".fading_damper", "damper_fade"}};
+
 /// What an error of a parameter is called: what it changes at rest, or how it bends a law away from there.
 std::string error_id(const Plant& plant, const PlantParameter& parameter) {
   constexpr double away = 1e-3;  // m, m/s
-  if (parameter.name.ends_with("mass_kg")) return "mass_error";
+  if (parameter.name.find(".lag.") != std::string::npos)
+    return parameter.location.starts_with("sensor:") ? "sensor_lag" : "actuator_lag";
+  for (const ErrorOf& named : kNamed)
+    if (parameter.name.find(named.part) != std::string::npos) return std::string(named.effect);
   Plant moved = plant;
   set_parameter(moved, parameter.name, 1.1 * parameter.value);
   const auto rest = slopes_at(plant, 0, 0), moved_rest = slopes_at(moved, 0, 0);

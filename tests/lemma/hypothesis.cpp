@@ -1,6 +1,7 @@
 // Hypotheses whose plant follows some records and not others, or only from some time on.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
 
 #include "core/gap/hypothesis.hpp"
 #include "core/gap/rivals.hpp"
@@ -74,6 +75,35 @@ TEST_CASE("a plant that cannot follow the held-out drive alone has no finite chi
   const std::vector<Rival> rivals = parameter_rivals(study, good, 0);
   REQUIRE(!rivals.empty());
   for (const Rival& rival : rivals) CHECK(rival.chi2 >= good.chi2);
+}
+
+TEST_CASE("a wrong parameter is called by what it belongs to: slopes, paths, laws with a memory") {
+  Plant plant = plant_from(quarter_car_text);
+  plant.elements[0].laws.push_back({find_law("maxwell_branch"), {2e4, 0.3}});
+  set_parameter(plant, "actuator:road.delay_s", 0.002);
+  set_parameter(plant, "sensor:travel.gain", 1.1);
+  set_parameter(plant, "sensor:body_acc.lag.time_constant_s", 0.001);
+  const GapData data;
+  const auto solver = make_levenberg_marquardt({});
+  const GapSolvers solvers{*solver, *solver, *solver};
+  const CandidateList candidates = effect_candidates;
+  const Study study{plant, data, solvers, candidates, tolerance_parameters(plant)};
+  std::map<std::string, std::string> called;
+  for (std::size_t i = 0; i < study.tolerances.size(); ++i)
+    called[study.tolerances[i].name] = parameter_rival(study, {}, i).name();
+  const std::map<std::string, std::string> right = {
+      {"body.mass_kg", "mass_error@body"},
+      {"suspension.hardening_spring.stiffness_n_per_m", "stiffness_error@suspension"},
+      {"suspension.hardening_spring.alpha_per_m2", "spring_nonlinearity@suspension"},
+      {"suspension.viscous_damper.damping_ns_per_m", "damping_error@suspension"},
+      {"suspension.maxwell_branch.relaxation_s", "series_compliance@suspension"},
+      {"actuator:road.delay_s", "time_delay@actuator"},
+      {"sensor:travel.gain", "gain_error@sensor:travel"},
+      {"sensor:body_acc.lag.time_constant_s", "sensor_lag@sensor:body_acc"}};
+  for (const auto& [name, error] : right) {
+    CAPTURE(name);
+    CHECK(called[name] == error);
+  }
 }
 
 TEST_CASE("a memory that was at work before a record began is no gap, and no short record is cut for it") {
