@@ -12,6 +12,9 @@ constexpr double kClear = 0.5;          // misfit - 1 of the answer, from which 
 constexpr double kAsLittle = 1.5;       // leftover over that of the best pair of places, up to which one is told
 constexpr double kNextToNothing = 0.1;  // misfit - 1 after re-tuning, of which shares say nothing
 
+/// Whether the held-out records have a gap of which a share can go.
+bool known(const Closure& closure) { return std::isfinite(closure.low); }
+
 std::string percent(const Closure& closure) {
   return fmt::format("{:.0f} % [{:.0f}, {:.0f}]", 100 * closure.value, 100 * closure.low, 100 * closure.high);
 }
@@ -37,15 +40,17 @@ std::string answer(const Diagnosis& diagnosis) {
                        : gap + " Parameters that differ inside their tolerances explain it" + most_retuned(diagnosis) +
                              "; nothing is missing.";
     case GapOutcome::parameter:
-      return fmt::format("{} {} at {} explains it (P {:.2f}) and removes {} of it{}.", gap, best().effect,
-                         best().location, best().probability, percent(diagnosis.closure),
+      return fmt::format("{} {} at {} explains it (P {:.2f}){}{}.", gap, best().effect, best().location,
+                         best().probability,
+                         known(diagnosis.closure) ? " and removes " + percent(diagnosis.closure) + " of it"
+                                                  : "; the validation records do not show it",
                          diagnosis.message.empty() ? "" : ": " + diagnosis.message);
     case GapOutcome::located_not_in_catalogue:
     case GapOutcome::exogenous: {
       std::string text =
           gap + (diagnosis.outcome == GapOutcome::exogenous ? " No state of the plant explains it: a force from outside"
                                                             : " No effect of the catalogue explains it; it");
-      if (diagnosis.places_needed == 2)
+      if (diagnosis.named.size() == 2)
         text += fmt::format(" seems to enter at two places at once, {} (P {:.2f}) and {} (P {:.2f})",
                             diagnosis.locations[0].location, diagnosis.locations[0].probability,
                             diagnosis.locations[1].location, diagnosis.locations[1].probability);
@@ -53,7 +58,7 @@ std::string answer(const Diagnosis& diagnosis) {
         text += fmt::format(" seems to enter at {} (P {:.2f})", diagnosis.locations.front().location,
                             diagnosis.locations.front().probability);
       if (!diagnosis.message.empty()) return text + "; " + diagnosis.message + ".";
-      if (!diagnosis.suspects.empty())
+      if (!diagnosis.suspects.empty() && known(best().closure))
         text += fmt::format(". The best suspect, {} at {}, removes {} of what re-tuning leaves", best().effect,
                             best().location, percent(best().closure));
       return text + ".";
@@ -61,7 +66,7 @@ std::string answer(const Diagnosis& diagnosis) {
     case GapOutcome::insufficient: return "Not enough to tell: " + diagnosis.message + ".";
     default: break;
   }
-  if (std::isnan(diagnosis.closure.low))  // rounding: nothing was added
+  if (is_rounding(diagnosis))
     return fmt::format("{} {} (P {:.2f}) makes what the plant leaves; no model of the plant removes it.", gap,
                        diagnosis.named.front(), best().probability);
   std::string names;
@@ -73,7 +78,7 @@ std::string answer(const Diagnosis& diagnosis) {
   // An answer that closes little was found in the fitted records: those held out hold little of its effect.
   const std::string ending = diagnosis.named.size() > 1 ? " " : "s ";
   const std::string effect =
-      diagnosis.closure.high < kSeen
+      !known(diagnosis.closure) || diagnosis.closure.high < kSeen
           ? "explain" + ending +
                 "it where the drive reaches it; the validation records hardly do, so that they do not show how far"
           : "remove" + ending + percent(diagnosis.closure) + " of what re-tuning leaves" + shares;
@@ -135,9 +140,11 @@ void print(const Diagnosis& diagnosis, const Placebo* placebo) {
   const std::string from = diagnosis.judged_from_s > 0 ? fmt::format(" from {:g} s on", diagnosis.judged_from_s) : "";
   fmt::print("\nmean squared error over the noise's, 1 is the floor ({}; {}{})\n", to_string(diagnosis.floor.source),
              diagnosis.held_out ? "held-out records" : "fitted records", from);
-  fmt::print("  as delivered {:10.3f}\n  re-tuned     {:10.3f}   inside the tolerances; removes {:.0f} %\n",
-             diagnosis.delivered.misfit, diagnosis.retuned.misfit,
-             std::round(100 * diagnosis.closure_of_retuning) + 0.0);  // no "-0"
+  fmt::print("  as delivered {:10.3f}\n  re-tuned     {:10.3f}   inside the tolerances{}\n", diagnosis.delivered.misfit,
+             diagnosis.retuned.misfit,
+             diagnosis.delivered.misfit - 1 > kNextToNothing
+                 ? fmt::format("; removes {:.0f} %", std::round(100 * diagnosis.closure_of_retuning) + 0.0)  // no "-0"
+                 : "");
   for (const Suspect& suspect : diagnosis.suspects) {
     fmt::print("  with {:<38} {:10.3f}   P {:.2f}", suspect.effect + " at " + suspect.location, suspect.misfit,
                suspect.probability);
@@ -173,8 +180,7 @@ void print_ceiling(const Diagnosis& diagnosis, const Ceiling& ceiling) {
     fmt::print("{:>28}\n", left > kNextToNothing ? fmt::format("{:.1f}", 100 * (1 - remains / left)) : "");
   };
   line("re-tuning inside the tolerances alone", left);
-  if (diagnosis.corrected.blocks.size() > 0)
-    line(outside ? "with the best suspect" : "with the answer", diagnosis.corrected.misfit - 1);
+  if (diagnosis.corrected.blocks.size() > 0 && !outside) line("with the answer", diagnosis.corrected.misfit - 1);
   if (!ceiling.why_not.empty()) {
     fmt::print("  no ceiling of a static map: {}\n", ceiling.why_not);
     return;
@@ -230,7 +236,8 @@ void print_examination(const Examination& examination) {
   if (!examination.beyond_known || beyond.time_share == 0) return;
   fmt::print("  beyond the travels and rates of the fitted records ({:.1f} % of the time) ", 100 * beyond.time_share);
   if (std::isnan(beyond.outside.value))
-    fmt::print("nothing is above the noise\n");
+    fmt::print("nothing is above the noise{}\n",
+               beyond.flagged ? " but what the answer adds: do not trust it there" : "");
   else
     fmt::print("the answer removes {:.0f} %{}\n", 100 * beyond.outside.value,
                beyond.flagged ? ": do not trust it there" : "");

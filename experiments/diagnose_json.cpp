@@ -108,7 +108,10 @@ Json where_json(const Plant& plant, const Diagnosis& diagnosis, const Examinatio
                 {"locations", Json::array()},
                 {"places_needed", diagnosis.places_needed},
                 {"two_places", Json::array()},
-                {"channels", Json::array()}};
+                {"channels", Json::array()},
+                {"bands", Json::array()},
+                {"regions", Json::array()},
+                {"time", Json::array()}};
   for (const LocationProbability& place : diagnosis.locations)
     where["locations"].push_back({{"location", place.location},
                                   {"probability", place.probability},
@@ -149,9 +152,11 @@ Json how_far_json(const Plant& plant, const Diagnosis& diagnosis, const Examinat
       {"judged_from_s", diagnosis.judged_from_s},
       {"closure", diagnosis.closure.value},
       {"closure_ci90", interval(diagnosis.closure)},
-      {"closure_of_retuning", diagnosis.closure_of_retuning}};
+      {"closure_of_retuning", diagnosis.closure_of_retuning},
+      {"per_channel", Json::array()},
+      {"per_band", Json::array()},
+      {"beyond_envelope", Json()}};
   if (examination == nullptr) return far;
-  far["per_channel"] = far["per_band"] = Json::array();
   const auto per_stage = [&](const auto& value) {
     Json out = Json::object();
     for (std::size_t s = 0; s < kStageNames.size(); ++s)
@@ -175,7 +180,6 @@ Json how_far_json(const Plant& plant, const Diagnosis& diagnosis, const Examinat
     else
       far["ceiling"]["absent"] = ceiling.why_not;
   }
-  far["beyond_envelope"] = Json();
   if (!examination->beyond_known) return far;
   const BeyondEnvelope& beyond = examination->beyond;
   Json excursions = Json::array();

@@ -13,11 +13,11 @@ constexpr double kFewest = 0.02;   // share of the draws that an interval needs
 }  // namespace
 
 Vector block_misfits(ConstMatrixRef residual, Index block) {
-  const Index count = (residual.cols() + block - 1) / block;
+  const Index N = residual.cols(), count = N == 0 ? 0 : std::max<Index>((N + block / 2) / block, 1);
   Vector misfits(count);
   for (Index b = 0; b < count; ++b) {
-    const Index length = std::min(block, residual.cols() - b * block);
-    misfits(b) = residual.middleCols(b * block, length).squaredNorm() / static_cast<double>(residual.rows() * length);
+    const Index first = b * N / count, length = (b + 1) * N / count - first;
+    misfits(b) = residual.middleCols(first, length).squaredNorm() / static_cast<double>(residual.rows() * length);
   }
   return misfits;
 }

@@ -10,7 +10,8 @@
 
 namespace wheelhop {
 
-/// Mean of r^2 over blocks of time, r in units of the noise floor (1 at the floor); the last block may be shorter.
+/// Mean of r^2 over blocks of time, r in units of the noise floor (1 at the floor): as many blocks of one length as
+/// come nearest to the length asked for.
 /// @param residual p x N   @param block samples, >= 1
 Vector block_misfits(ConstMatrixRef residual, Index block);
 

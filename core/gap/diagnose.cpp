@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/gap/judge.hpp"
@@ -21,6 +22,11 @@ std::string to_string(GapOutcome outcome) {
     case GapOutcome::ambiguous: return "ambiguous";
     default: return "insufficient";
   }
+}
+
+bool is_rounding(const Diagnosis& diagnosis) {
+  return diagnosis.outcome == GapOutcome::effect && diagnosis.closure.value == kNothingAdded.value &&
+         std::isnan(diagnosis.closure.low);
 }
 
 double share_of(const Diagnosis& diagnosis, const Suspect& suspect) {
@@ -108,7 +114,8 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   if (const Vector& moved = retuned.fit.theta; moved.size() > 0 && retuned.fit.jacobian.size() > 0)
     (retuned.fit.jacobian.leftCols(moved.size()).colwise().norm().transpose().array() * moved.array().abs())
         .maxCoeff(&diagnosis.most_retuned);
-  diagnosis.closure_of_retuning = 1 - (diagnosis.retuned.misfit - 1) / (diagnosis.delivered.misfit - 1);
+  if (diagnosis.delivered.misfit > 1)
+    diagnosis.closure_of_retuning = 1 - (diagnosis.retuned.misfit - 1) / (diagnosis.delivered.misfit - 1);
   if (step) step("where it enters");
   find_places(retuned.fit, data, diagnosis);
   judge({study, options, delivered, retuned, random, step, diagnosis.floor.power_error}, diagnosis);

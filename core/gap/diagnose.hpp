@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -86,12 +87,15 @@ struct Diagnosis {
   /// Of what re-tuning leaves, by the plant with the answer; of a parameter: of the gap as delivered. 0 and no interval
   /// of an answer that is no plant: nothing missing, rounding, a place outside the catalogue.
   Closure closure;
-  double closure_of_retuning = 0;
-  Plant plant;          ///< with the answer
+  double closure_of_retuning = std::numeric_limits<double>::quiet_NaN();  ///< NaN without a gap
+  Plant plant;                                                            ///< with the answer
   Plant retuned_plant;  ///< re-tuned inside the tolerances, without any effect
   std::vector<Check> checks;
   SeparatingTest separating;  ///< of the answer and its nearest rival; `test` empty where there is none, or none helps
 };
+
+/// Whether the answer is a converter's rounding: quantisation that no model of the plant takes away.
+bool is_rounding(const Diagnosis& diagnosis);
 
 /// What a suspect (of this diagnosis) contributes to the closure of the answer; NaN if it is not one of several named.
 double share_of(const Diagnosis& diagnosis, const Suspect& suspect);

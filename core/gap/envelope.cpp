@@ -9,7 +9,7 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kWorse = 0.1;
+constexpr double kWorse = 0.1;  // of a closure, or of the floor where there was no gap
 
 /// Time constant [s] of the plant's slowest oscillation, 0 if it has none.
 double rings_on_s(const Plant& plant) {
@@ -91,6 +91,9 @@ BeyondEnvelope beyond_envelope(const PlantFit& before, const PlantFit& after, co
   result.inside = closure_of(pick(r_before, columns[0]), pick(r_after, columns[0]), block, bootstrap, random);
   result.outside = closure_of(pick(r_before, columns[1]), pick(r_after, columns[1]), block, bootstrap, random);
   result.flagged = result.outside.low < 0 || result.outside.value < result.inside.value - kWorse;
+  if (std::isnan(result.outside.value) && !columns[1].empty())  // no gap there, unless the answer opens one
+    result.flagged = pick(r_after, columns[1]).squaredNorm() >
+                     (1 + kWorse) * static_cast<double>(p) * static_cast<double>(columns[1].size());
   return result;
 }
 

@@ -183,6 +183,8 @@ void correct_nothing(const GapCase& c, Diagnosis& diagnosis) {
   diagnosis.plant = c.retuned.fit.plant;
   diagnosis.closure = kNothingAdded;
   diagnosis.places_left.clear();
+  diagnosis.checks.clear();  // those of an answer that was withdrawn
+  diagnosis.separating = {};
 }
 
 void add_ambiguous(const std::vector<Rival>& rivals, Diagnosis& diagnosis) {
@@ -215,13 +217,14 @@ Suspect suspect_of(const GapCase& c, const Rival& rival, const Hypothesis& hypot
 
 Hypothesis name_first(const GapCase& c, const std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals,
                       Diagnosis& diagnosis) {
-  diagnosis.named = {rivals.front().name()};
+  const auto first = std::find_if(rivals.begin(), rivals.end(), [](const Rival& rival) { return !rival.is_parameter; });
+  diagnosis.named = {first->name()};
   diagnosis.outcome = GapOutcome::effect;
   add_locations(rivals, diagnosis);
   diagnosis.suspects.clear();
   for (const Rival& rival : rivals)
     if (!rival.is_parameter) diagnosis.suspects.push_back(suspect_of(c, rival, singles[rival.hypothesis]));
-  return singles[rivals.front().hypothesis];
+  return singles[first->hypothesis];
 }
 
 void judge(const GapCase& c, Diagnosis& diagnosis) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/plant/dataset.hpp"
+#include "experiments/diagnose_answer.hpp"
 #include "experiments/diagnose_json.hpp"
 #include "experiments/diagnose_report.hpp"
 #include "tests/support/plants.hpp"
@@ -147,4 +148,37 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what, its figures ho
   CHECK(figures.dump() == diagnosis_figures_json(nominal, examination).dump());
   // A diagnosis that failed has a file, without what could not be seen.
   CHECK_FALSE(diagnosis_json(nominal, diagnosis, nullptr, "", "d.plant.json").at("where").contains("bands"));
+}
+
+TEST_CASE("an answer speaks of a share that goes only where the validation records have a gap") {
+  using Catch::Contains;
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  Diagnosis diagnosis;
+  diagnosis.delivered.misfit = 0.98;
+  diagnosis.locations = {{"suspension", 0.9}};
+  diagnosis.suspects.emplace_back();
+  diagnosis.suspects[0].effect = "bump_stop";
+  diagnosis.suspects[0].location = "suspension";
+  diagnosis.suspects[0].closure = diagnosis.closure = {nan, nan, nan};
+  diagnosis.named = {"bump_stop@suspension"};
+  for (const GapOutcome outcome : {GapOutcome::effect, GapOutcome::ambiguous, GapOutcome::parameter,
+                                   GapOutcome::located_not_in_catalogue, GapOutcome::exogenous}) {
+    CAPTURE(to_string(outcome));
+    diagnosis.outcome = outcome;
+    diagnosis.closure.value = nan;
+    CHECK_FALSE(is_rounding(diagnosis));
+    CHECK_THAT(answer(diagnosis), !Contains("nan") && !Contains("no model of the plant"));
+  }
+  diagnosis.outcome = GapOutcome::effect;
+  CHECK_THAT(answer(diagnosis), Contains("validation records hardly do"));
+  diagnosis.closure = kNothingAdded;
+  diagnosis.named = {"quantisation@sensor:travel"};
+  CHECK_THAT(answer(diagnosis), Contains("no model of the plant removes it"));
+}
+
+TEST_CASE("a file without an examination holds the same keys") {
+  const Json file = diagnosis_json(plant_from(quarter_car_text), {}, nullptr, "An answer.", "");
+  for (const char* key : {"channels", "bands", "regions", "time"}) CHECK(file.at("where").at(key).is_array());
+  for (const char* key : {"per_channel", "per_band"}) CHECK(file.at("how_far").at(key).is_array());
+  CHECK(file.at("how_far").at("beyond_envelope").is_null());
 }

@@ -7,15 +7,23 @@
 using namespace wheelhop;
 using namespace wheelhop::test;
 
-TEST_CASE("block misfits average to the misfit of the whole, the last block by its own length") {
+TEST_CASE("block misfits average to the misfit of the whole, however many samples stand over") {
   Random random = numbers(601);
   const Matrix r = random.normal(3, 1000);
   const Vector even = block_misfits(r, 100);
   REQUIRE(even.size() == 10);
   CHECK(even.mean() == Approx(r.squaredNorm() / 3000).epsilon(1e-12));
-  const Vector odd = block_misfits(r, 300);
-  REQUIRE(odd.size() == 4);
-  CHECK(odd(3) == Approx(r.rightCols(100).squaredNorm() / 300).epsilon(1e-12));
+  Matrix loud_end = r;  // the last sample is no block
+  loud_end.rightCols(1) *= 100;
+  for (const Index samples : {901, 949, 951, 999}) {
+    CAPTURE(samples);
+    const Vector odd = block_misfits(loud_end.rightCols(samples), 100);
+    CHECK(odd.size() == (samples < 950 ? 9 : 10));
+    CHECK(odd.mean() ==
+          Approx(loud_end.rightCols(samples).squaredNorm() / static_cast<double>(3 * samples)).epsilon(0.02));
+  }
+  CHECK(block_misfits(r.leftCols(30), 100).size() == 1);
+  CHECK(block_misfits(r.leftCols(0), 100).size() == 0);
 }
 
 TEST_CASE(

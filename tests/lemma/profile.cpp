@@ -144,6 +144,7 @@ TEST_CASE("noise that is coloured as between repeats leaves no gap in any band")
   for (int r = 0; r < 3; ++r) {
     Record record{"r" + std::to_string(r) + ".csv", "estimation", "drive", 0, {}};
     record.signal.sample_time_s = kT;
+    record.signal.inputs = {{"road", "m"}};
     record.signal.u = Matrix::Ones(1, kLong);
     record.signal.y = coloured();
     set.records.push_back(record);
@@ -217,6 +218,30 @@ TEST_CASE("closure is told apart inside and beyond what training has seen, and a
   CHECK(within.time_share == 0);
   CHECK(std::isnan(within.outside.value));
   CHECK_FALSE(within.flagged);
+}
+
+TEST_CASE("a correction that opens a gap beyond training, where there was none, is flagged") {
+  ProfileCase train(809);
+  const MotionEnvelope envelope = motion_envelope(train.motion, train.records);
+  for (const double worse : {0.0, 3.0}) {  // of the floor
+    ProfileCase held(816);
+    held.fit.error[0] *= 0.9;
+    Random random = numbers(817);
+    ProfileCase after = held;
+    for (Index k = 0; k < kLong; ++k) {
+      const bool beyond = k >= 3000 && k < 3800;
+      if (k < 3000) held.add(0, k, 5 * random.normal());
+      if (beyond) after.add(0, k, worse * random.normal());
+      if (beyond) held.motion[0].travel(0, k) *= 1.5;
+    }
+    Random draws = numbers(818);
+    const BeyondEnvelope found =
+        beyond_envelope(held.fit, after.fit, held.records, envelope, held.motion, 100, {100}, draws);
+    REQUIRE(found.time_share > 0);
+    CHECK(std::isnan(found.outside.value));
+    CHECK(found.inside.value > 0.9);
+    CHECK(found.flagged == (worse > 0));
+  }
 }
 
 TEST_CASE("a plant that may err more beyond what training has seen is flagged, one that surely errs less is not") {
