@@ -10,8 +10,7 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kOwnDoing = 0.04;   // share of an unknown signal that states explain, below which it is from outside
-constexpr double kClearly = 0.05;    // of that share, by which another place of those that enter alike explains more,
+constexpr double kClearly = 0.05;    // of the share that states explain, by which those of another place explain more,
 constexpr double kRemainder = 0.25;  // or of what a place leaves unexplained, below which another one leaves less
 constexpr double kRead = 0.3;        // of that share, what a law of an element makes of its own travel at least
 constexpr double kNearly = 1.5;    // leftover over that of the best place, up to which the motion decides between them
@@ -91,7 +90,7 @@ void name_unknown(const GapCase& c, Diagnosis& diagnosis) {
   const auto explained = [&](const std::string& at, const std::string& entry) {
     return explained_by_states(fit, c.study.data.fitted, at, entry);
   };
-  if (guide != alike.end() && explained(location, "") < kOwnDoing) {
+  if (guide != alike.end() && explained(location, "") == 0) {
     location = *guide;  // a force from outside acts on a mass
     diagnosis.outcome = GapOutcome::exogenous;
   } else if (!location.starts_with("sensor:")) {

@@ -15,11 +15,14 @@ namespace {
 
 constexpr double kWindows_s[] = {0.125, 0.25, 0.5, 2};  // over which a law that changes with time stays as it is
 constexpr Index kSurrogates = 16;                       // times, the signal's own among them
-constexpr double kBeyondChance = 1.2;                   // of what they explain at best
-constexpr Index kMemory = 3;                            // samples back, every second
-constexpr double kThresholds[] = {1.5, 2, 2.5};         // RMS of a motion
-constexpr double kFeatureRidge = 1e-6;                  // of the largest feature's power
-constexpr Index kFade = 20;                             // the twentieth at either end in which an unknown signal fades
+constexpr double kBeyondChance = 1.2;                   // of what they explain at best, window by window,
+constexpr double kBeyondChanceAcross = 2;               // and from one half to the other, where it is less than
+constexpr double kNoChance = 0.04;                      // this share
+constexpr double kChance = 0.0025;               // share that they explain at least, as far as a few of them tell
+constexpr Index kMemory = 3;                     // samples back, every second
+constexpr double kThresholds[] = {1.5, 2, 2.5};  // RMS of a motion
+constexpr double kFeatureRidge = 1e-6;           // of the largest feature's power
+constexpr Index kFade = 20;                      // the twentieth at either end in which an unknown signal fades
 
 /// A travel or position [m], and its rate.
 struct Moved {
@@ -135,7 +138,37 @@ double explained_locally(const Vector& value, const std::vector<Moved>& moved, d
       const double chance = share.tail(kSurrogates - 1).mean();
       best = best.cwiseMax((share.array() - chance).matrix() / (1 - chance));
     }
-  return best(0) > kBeyondChance * best.tail(kSurrogates - 1).maxCoeff() ? best(0) : 0;
+  return best(0) > kBeyondChance * best.tail(kSurrogates - 1).maxCoeff() && best(0) > kNoChance ? best(0) : 0;
+}
+
+/// A signal and its surrogates, moved around in time against the motion: N x kSurrogates.
+Matrix moved_around(ConstVectorRef value) {
+  const Index N = value.size();
+  Matrix signals(N, kSurrogates);
+  for (Index k = 0; k < kSurrogates; ++k) {
+    const Index shift = k * N / kSurrogates;
+    signals.col(k) << value.tail(N - shift), value.head(shift);
+  }
+  return signals;
+}
+
+/// Squares of signals above their noise that the weights of features, fitted on either half, leave of the other half:
+/// one value a signal. Without features: the squares themselves.
+Vector left_across_halves(const Matrix& features, const Matrix& signals, double noise) {
+  const Index half = signals.rows() / 2;
+  Vector left = Vector::Zero(signals.cols());
+  for (const bool later : {false, true}) {
+    const auto of = [&](bool second) { return signals.middleRows(second ? half : 0, half); };
+    Matrix rest = of(!later);
+    if (features.size() > 0) {
+      const Matrix A = features.middleCols(later ? half : 0, half);
+      Matrix H = A * A.transpose();
+      H.diagonal().array() += kFeatureRidge * H.diagonal().maxCoeff();
+      rest -= features.middleCols(later ? 0 : half, half).transpose() * H.ldlt().solve(A * of(later));
+    }
+    left += (rest.colwise().squaredNorm().transpose().array() - noise).max(0.0).matrix();
+  }
+  return left;
 }
 
 }  // namespace
@@ -144,35 +177,35 @@ double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& re
                            const std::string& entry) {
   const std::vector<Trajectory> motion = trajectories(fit, records);
   const double sampling_hz = fit.plant.hold_hz() / static_cast<double>(records.front().ratio);
-  double power = 0, locally = 0;
-  std::vector<double> left;  // by each way to explain it
+  double locally = 0;
+  Vector power = Vector::Zero(kSurrogates);
+  std::vector<Vector> left;  // by each way to explain it
   for (std::size_t i = 0; i < records.size(); ++i) {
     const UnknownSignal signal = unknown_signal(fit, records, i, location);
     if (signal.status != Status::ok) return std::numeric_limits<double>::quiet_NaN();
     const std::vector<Moved> moved = moved_at(fit.plant, records[i], motion[i], entry);
     const Index N = records[i].y.cols(), first = records[i].skip + (N - records[i].skip) / kFade;
     const Index half = (N - N / kFade - first) / 2;
-    const Vector a = signal.value.segment(first, half), b = signal.value.segment(first + half, half);
+    const Matrix signals = moved_around(signal.value.segment(first, 2 * half));
     const double noise = static_cast<double>(half) * signal.noise_rms * signal.noise_rms;
     locally = std::max(locally, explained_locally(signal.value, moved, sampling_hz));
-    power += std::max(b.squaredNorm() - noise, 0.0);
+    power += left_across_halves({}, signals, noise);
     std::vector<Matrix> ways = {smooth_features(moved, N)};
     for (const Moved& own : moved) {  // what all places together fit by chance may hide what one explains
       ways.push_back(peak_features(own, N));
       if (moved.size() > 1) ways.push_back(smooth_features({own}, N));
     }
-    left.resize(ways.size(), 0.0);
-    for (std::size_t k = 0; k < ways.size(); ++k) {
-      const Matrix A = ways[k].middleCols(first, half), B = ways[k].middleCols(first + half, half);
-      Matrix H = A * A.transpose();
-      H.diagonal().array() += kFeatureRidge * H.diagonal().maxCoeff();
-      const Vector weights = H.ldlt().solve(A * a);
-      left[k] += std::max((b - B.transpose() * weights).squaredNorm() - noise, 0.0);
-    }
+    left.resize(ways.size(), Vector::Zero(kSurrogates));
+    for (std::size_t k = 0; k < ways.size(); ++k)
+      left[k] += left_across_halves(ways[k].middleCols(first, 2 * half), signals, noise);
   }
-  if (!(power > 0)) return std::numeric_limits<double>::quiet_NaN();
-  const double least = *std::min_element(left.begin(), left.end());
-  return std::clamp(std::max(1 - least / power, locally), 0.0, 1.0);
+  if (!(power.minCoeff() > 0)) return std::numeric_limits<double>::quiet_NaN();
+  Vector shares = Vector::Zero(kSurrogates);
+  for (const Vector& own : left) shares = shares.cwiseMax((1 - own.array() / power.array()).matrix());
+  // Under a drive that comes again within a record the surrogates are as good as the signal.
+  const double chance = kBeyondChanceAcross * std::max(shares.tail(kSurrogates - 1).maxCoeff(), kChance);
+  const double across = shares(0) > std::min(chance, kNoChance) ? shares(0) : 0;
+  return std::min(std::max(across, locally), 1.0);
 }
 
 }  // namespace wheelhop
