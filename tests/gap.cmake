@@ -10,6 +10,7 @@ wheelhop_tests(gap wheelhop_gap wheelhop_variants
   lemma/locate.cpp
   lemma/operation.cpp
   lemma/rivals.cpp
+  lemma/scale.cpp
   lemma/shares.cpp
   lemma/profile.cpp
   lemma/split.cpp

@@ -8,6 +8,7 @@
 
 #include "core/gap/judge.hpp"
 #include "core/gap/probe.hpp"
+#include "core/gap/scale.hpp"
 
 namespace wheelhop {
 
@@ -119,6 +120,11 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   if (step) step("where it enters");
   find_places(retuned.fit, data, diagnosis);
   judge({study, options, delivered, retuned, random, step, diagnosis.floor.power_error}, diagnosis);
+  if (diagnosis.outcome == GapOutcome::located_not_in_catalogue || diagnosis.outcome == GapOutcome::exogenous ||
+      diagnosis.outcome == GapOutcome::insufficient) {
+    const std::string ask = ask_for_scales(wrong_scales(delivered.fit, data.fitted), plant.sensors.size());
+    if (!ask.empty()) diagnosis.message = ask + (diagnosis.message.empty() ? "" : "; " + diagnosis.message);
+  }
   return diagnosis;
 }
 
