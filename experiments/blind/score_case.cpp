@@ -67,7 +67,8 @@ void read_how_far(const JsonCursor& how_far, Answer& answer) {
     answer.closure_low = number_of(ends[0]);
     answer.closure_high = number_of(ends[1]);
   }
-  if (const auto beyond = how_far.find("beyond_envelope")) answer.beyond_flagged = beyond->boolean("flagged", false);
+  if (const auto beyond = how_far.find("beyond_envelope"); beyond && !beyond->raw().is_null())  // null: not known
+    answer.beyond_flagged = beyond->boolean("flagged", false);
   if (const auto floor = how_far.find("floor"))
     if (const auto std = floor->find("std"))
       for (const auto& [channel, value] : std->raw().items())

@@ -47,19 +47,22 @@ void say(const Folder& folder, const std::string& name, const Said& said) {
   const std::string place = !said.location.empty() ? said.location
                             : said.named.empty()   ? ""
                                                    : effect(said.named[0]).at("location").get<std::string>();
-  write_json(
-      folder / (name + ".json"),
-      {{"schema", "wheelhop.diagnosis/1"},
-       {"verdict", said.named.empty() ? "no_gap" : "gap"},
-       {"where",
-        {{"location", place.empty() ? Json() : Json(place)},
-         {"without_catalogue", {{{"location", "tyre"}, {"same_entry", {"actuator"}}, {"leftover_chi2", 1.0}}}}}},
-       {"which",
-        {{"effects", effects},
-         {"named", said.named},
-         {"outcome", said.named.empty() ? "none" : "effect"},
-         {"ambiguous_with", said.ambiguous_with}}},
-       {"how_far", {{"closure", said.closure}, {"closure_ci90", {0.9, 1.0}}, {"floor", {{"std", {{"x", 1e-5}}}}}}}});
+  write_json(folder / (name + ".json"),
+             {{"schema", "wheelhop.diagnosis/1"},
+              {"verdict", said.named.empty() ? "no_gap" : "gap"},
+              {"where",
+               {{"location", place.empty() ? Json() : Json(place)},
+                {"without_catalogue", {{{"location", "tyre"}, {"same_entry", {"actuator"}}, {"leftover_chi2", 1.0}}}}}},
+              {"which",
+               {{"effects", effects},
+                {"named", said.named},
+                {"outcome", said.named.empty() ? "none" : "effect"},
+                {"ambiguous_with", said.ambiguous_with}}},
+              {"how_far",
+               {{"closure", said.closure},
+                {"closure_ci90", {0.9, 1.0}},
+                {"beyond_envelope", nullptr},
+                {"floor", {{"std", {{"x", 1e-5}}}}}}}});
 }
 
 std::vector<Judged> judge_folder(const Folder& folder, const Json& key) {
