@@ -182,7 +182,7 @@ TEST_CASE("a stiffness that changes with time reads its own travel, as slowly or
   }
 }
 
-TEST_CASE("a force that hardly follows the motion is told from one that does not at all", "[slow]") {
+TEST_CASE("a force that follows the motion a little is told from one that does not at all", "[slow]") {
   const Plant nominal = plant_from(quarter_car_text);
   Random random = numbers(836);
   const Matrix drive = 0.004 * smooth(1, 1, random);
@@ -193,20 +193,21 @@ TEST_CASE("a force that hardly follows the motion is told from one that does not
   pushed.inputs.push_back(
       {.name = "hidden", .kind = InputKind::force, .unit = "N", .hold_hz = 1000, .from = "ground", .to = "body"});
   for (int trial = 0; trial < 4; ++trial) {
-    const Matrix other = smooth(1, 1, random);
-    const double other_size = other.norm() / std::sqrt(static_cast<double>(other.size()));
-    for (const double follows : {0.0, 0.25}) {
+    const Vector other = random.normal(kSampled, 1);
+    for (const double follows : {0.0, 0.5}) {
       CAPTURE(trial, follows);
       Matrix both(2, drive.cols());
       both.row(0) = drive;
       for (Index k = 0; k < drive.cols(); ++k)
-        both(1, k) = 40 * (other(0, k) / other_size - follows * speed(k / kRatio) / size);
+        both(1, k) = 40 * (other(k / kRatio) - follows * speed(k / kRatio) / size);
       const Run run(nominal, pushed, both, 0.01);
       const double share = explained_by_states(run.fit, run.records, "guide:body");
       if (follows == 0)
         CHECK(share == 0);
-      else
-        CHECK((share > 0 && share < 0.2));
+      else {
+        CHECK(share > 0);
+        CHECK(share < 0.3);
+      }
     }
   }
 }
