@@ -122,8 +122,8 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   judge({study, options, delivered, retuned, random, step, diagnosis.floor.power_error}, diagnosis);
   if (diagnosis.outcome == GapOutcome::located_not_in_catalogue || diagnosis.outcome == GapOutcome::exogenous ||
       diagnosis.outcome == GapOutcome::insufficient) {
-    const std::string ask = ask_for_scales(wrong_scales(delivered.fit, data.fitted), plant.sensors.size());
-    if (!ask.empty()) diagnosis.message = ask + (diagnosis.message.empty() ? "" : "; " + diagnosis.message);
+    const std::string scales = scale_message(wrong_scales(delivered.fit, data.fitted), plant.sensors.size());
+    if (!scales.empty()) diagnosis.message = scales + (diagnosis.message.empty() ? "" : "; " + diagnosis.message);
   }
   return diagnosis;
 }

@@ -33,7 +33,7 @@ std::vector<WrongScale> wrong_scales(const PlantFit& fit, const std::vector<FitR
   return wrong;
 }
 
-std::string ask_for_scales(const std::vector<WrongScale>& wrong, std::size_t channels) {
+std::string scale_message(const std::vector<WrongScale>& wrong, std::size_t channels) {
   if (wrong.empty()) return "";
   const auto alike = [&](const WrongScale& one) {
     return std::abs(one.reads - wrong.front().reads) < kAlike * std::abs(wrong.front().reads);

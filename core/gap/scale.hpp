@@ -21,8 +21,9 @@ struct WrongScale {
 /// @param fit of the plant as delivered over `records`
 std::vector<WrongScale> wrong_scales(const PlantFit& fit, const std::vector<FitRecord>& records);
 
-/// A question for whoever made the file, or nothing; where all channels are off alike, about the drive.
+/// Tells the factors and what to check; where all channels are off by the same one, that is the drive. Empty without
+/// any.
 /// @param channels of the plant
-std::string ask_for_scales(const std::vector<WrongScale>& wrong, std::size_t channels);
+std::string scale_message(const std::vector<WrongScale>& wrong, std::size_t channels);
 
 }  // namespace wheelhop

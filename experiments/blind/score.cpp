@@ -54,7 +54,7 @@ std::vector<Judged> judge_all(const BlindScoreRequest& request, const std::vecto
     throw UserError(fmt::format("{}: expected answers to cases of {}, such as {}.json, found none",
                                 request.answers.string(), key_file(request.key).string(), truths.front().name));
   const fs::path truth = key_file(request.key).parent_path() / "truth";
-  if (!fs::is_directory(truth)) return judged;
+  if (request.names_only || !fs::is_directory(truth)) return judged;
   Progress progress("blind score", std::ssize(judged), request.quiet);
   tbb::parallel_for(std::size_t{0}, judged.size(), [&](std::size_t i) {
     measure_closure(judged[i], request.answers, truth / judged[i].truth.name);

@@ -283,6 +283,18 @@ TEST_CASE("the score file is the same for the same answers, and wrong keys are r
   CHECK(scores.at("absent") == 1);
   CHECK(scores.at("cases")[1].at("fault") == "no answer");
   CHECK(scores.at("groups")[0].at("scores").at("which_top1").at("n") == 1);
+
+  // With the truth an absent answer closes nothing; names alone leave that open.
+  std::filesystem::create_directories(folder / "truth" / "b");
+  write_file(folder / "truth" / "b" / "records.json", "{}");
+  const auto closure_of_b = [&] {
+    CHECK(run_blind_score(request) == 1);
+    return parse_json(read_file(folder / "two.json"), "two.json").at("cases")[1].at("closure_true");
+  };
+  CHECK(closure_of_b() == 0);
+  request.names_only = true;
+  CHECK(closure_of_b().is_null());
+
   request.cases = "a";
   CHECK(run_blind_score(request) == 0);
   request.cases = "c*";

@@ -36,21 +36,21 @@ TEST_CASE("a channel in another unit or of the wrong sign is told with its facto
     REQUIRE(wrong.size() == 1);
     CHECK(wrong[0].channel == "body_acc");
     CHECK(wrong[0].reads == Approx(factor).epsilon(0.05));
-    CHECK_THAT(ask_for_scales(wrong, 3), Contains("body_acc reads") && Contains("check unit and sign"));
+    CHECK_THAT(scale_message(wrong, 3), Contains("body_acc reads") && Contains("check unit and sign"));
   }
   CHECK(Reading((Vector(3) << 0.6, 1.0, 1.9).finished(), 0.3).wrong().empty());
   CHECK(Reading((Vector(3) << 1.0, 9.81, -1.0).finished(), 2).wrong().empty());  // they do not go with the plant
   CHECK(Reading((Vector(3) << 1.0, 0.0, 1.0).finished(), 0.3).wrong().empty());
-  CHECK(ask_for_scales({}, 3).empty());
+  CHECK(scale_message({}, 3).empty());
 }
 
-TEST_CASE("where all channels are off alike it is the drive that is asked about") {
+TEST_CASE("where all channels are off alike the message is about the drive") {
   for (const double factor : {-1.0, 1000.0}) {
     const std::vector<WrongScale> wrong = Reading(Vector::Constant(3, factor), 0.1).wrong();
     REQUIRE(wrong.size() == 3);
-    CHECK_THAT(ask_for_scales(wrong, 3), Contains("the drive's unit and sign"));
+    CHECK_THAT(scale_message(wrong, 3), Contains("the drive's unit and sign"));
   }
   const std::vector<WrongScale> all = Reading((Vector(3) << 1000.0, -1.0, 0.1).finished(), 0.1).wrong();
   REQUIRE(all.size() == 3);
-  CHECK_THAT(ask_for_scales(all, 3), !Contains("the drive's") && Contains("travel") && Contains("wheel_acc"));
+  CHECK_THAT(scale_message(all, 3), !Contains("the drive's") && Contains("travel") && Contains("wheel_acc"));
 }
