@@ -81,15 +81,21 @@ double cost_of_start(const Study& study, const Hypothesis& base, const Plant& st
   return sum + residual.squaredNorm();
 }
 
+/// The parameters of a base and of a candidate, which then count from where the base's do: tolerances from the plant
+/// as delivered.
+std::vector<FitParameter> with_own(const Hypothesis& base, EffectCandidate& candidate) {
+  for (const FitParameter& parameter : base.parameters)
+    set_parameter(candidate.plant, parameter.name, get_parameter(base.start, parameter.name));
+  std::vector<FitParameter> all = base.parameters;
+  all.insert(all.end(), candidate.parameters.begin(), candidate.parameters.end());
+  return all;
+}
+
 /// One quick fit with the new strength as screened.
 bool fit_candidate(const Study& study, const Hypothesis& base, EffectCandidate candidate, const Screened& screened,
                    Hypothesis& out) {
   out.effects = base.effects;
-  out.parameters = base.parameters;
-  out.parameters.insert(out.parameters.end(), candidate.parameters.begin(), candidate.parameters.end());
-  // Parameters count from where the base's do: tolerances from the plant as delivered.
-  for (const FitParameter& parameter : base.parameters)
-    set_parameter(candidate.plant, parameter.name, get_parameter(base.start, parameter.name));
+  out.parameters = with_own(base, candidate);
   double factor = 1;
   if (candidate.proportional && !candidate.parameters.empty()) {
     const std::string& name = candidate.parameters.front().name;
@@ -239,6 +245,24 @@ Hypothesis fit_at(const Study& study, const Hypothesis& base, const Plant& value
   if (!hypothesis.effects.empty())
     hypothesis.plausibility = log_plausibility(hypothesis.effects.back(), hypothesis.fit.plant);
   return hypothesis;
+}
+
+Hypothesis fit_alone(const Study& study, const Hypothesis& base, const EffectCandidate& effect, const Plant& values) {
+  Operation operation;
+  if (!operation_of(base.fit.plant, study.data.fitted, base.fit.initial_states, operation)) return {};
+  const auto same_name = [](const FitParameter& a, const FitParameter& b) { return a.name == b.name; };
+  std::vector<EffectCandidate> offered = study.candidates(base.fit.plant, operation);
+  const auto own = std::find_if(offered.begin(), offered.end(), [&](const EffectCandidate& other) {
+    return name_of(other) == name_of(effect) && other.form == effect.form &&
+           std::equal(other.parameters.begin(), other.parameters.end(), effect.parameters.begin(),
+                      effect.parameters.end(), same_name);
+  });
+  if (own == offered.end()) return {};
+  Hypothesis alone = base;
+  alone.parameters = with_own(base, *own);
+  alone.start = own->plant;
+  alone.effects = {std::move(*own)};
+  return fit_at(study, alone, values);
 }
 
 std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,

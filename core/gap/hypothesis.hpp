@@ -91,6 +91,12 @@ Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitP
 /// @param base its `fit` and `held_out` may be of its first parameters alone; `fit` linearised
 Hypothesis fit_at(const Study& study, const Hypothesis& base, const Plant& values);
 
+/// One effect alone beside a plant, fitted from the values that its parameters have in another plant, which may hold
+/// more effects.
+/// @param base linearised, without effects   @param effect of any plant: its effect, place, form and parameters count
+/// @return `fit.error` empty where the catalogue offers it no more, or a simulation failed. Cost: a thorough fit.
+Hypothesis fit_alone(const Study& study, const Hypothesis& base, const EffectCandidate& effect, const Plant& values);
+
 /// What of the fast screen is worth a fit.
 struct ExtendOptions {
   Index shortlist = 10;      ///< fits at most, the best of the screen first

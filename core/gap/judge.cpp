@@ -80,8 +80,7 @@ Contest contest_of(const GapCase& c, const Diagnosis& diagnosis) {
   const double notice = kNotice * diagnosis.floor.colour;
   contest.singles = extend(c.study, c.retuned, {.least = kWorthFitting * notice}, contest.changes);
   contest.rivals = rivals_of(contest.singles);
-  for (Rival& rival : contest.rivals)
-    rival.plausibility -= kOfPlace * std::log(std::max(leftover_ratio(diagnosis.places, rival.location), 1.0));
+  for (Rival& rival : contest.rivals) rival.plausibility -= place_penalty(diagnosis.places, rival.location);
   contest.effect_seen = !contest.singles.empty() && c.retuned.chi2 - contest.singles.front().chi2 > notice;
   contest.left = c.retuned.chi2 / c.floor_chi2() - 1;
   add_parameters(c, diagnosis.floor.colour, contest);
@@ -168,6 +167,10 @@ double leftover_ratio(const std::vector<Place>& places, const std::string& locat
     if (matches(place.location) || std::any_of(place.same.begin(), place.same.end(), matches))
       return place.leftover / std::max(places.front().leftover, 1e-3);
   return 1;
+}
+
+double place_penalty(const std::vector<Place>& places, const std::string& location) {
+  return kOfPlace * std::log(std::max(leftover_ratio(places, location), 1.0));
 }
 
 std::vector<LocationProbability> ranked(const std::map<std::string, double>& sums) {

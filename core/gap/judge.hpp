@@ -69,6 +69,8 @@ std::vector<LocationProbability> ranked(const std::map<std::string, double>& sum
 void add_locations(const std::vector<Rival>& rivals, Diagnosis& diagnosis);
 /// What an unknown signal at a location leaves, over what it leaves at the best place; 1 where it is not known.
 double leftover_ratio(const std::vector<Place>& places, const std::string& location);
+/// What that takes from the log probability of a rival at the location, >= 0.
+double place_penalty(const std::vector<Place>& places, const std::string& location);
 
 /// The answer is one parameter of the plant, free of its tolerance. False if that leaves a gap or drives other
 /// parameters out of theirs; the message then says so.

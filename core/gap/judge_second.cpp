@@ -92,31 +92,20 @@ void add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<
     return alone.chi2 - pair.chi2 > std::max((one_place ? kSecondThere : kSecond) * remains, notice);
   };
   if (!needed(answer)) return;
-  // The same form, not only the same name: the pair's values have to be those of its parameters.
-  const auto first = std::find_if(singles.begin(), singles.end(), [&](const Hypothesis& single) {
-    return single.fit.jacobian.size() > 0 && name_of(single.effects.back()) == name_of(pair.effects[0]) &&
-           single.parameters.size() <= pair.parameters.size() &&
-           std::equal(single.parameters.begin(), single.parameters.end(), pair.parameters.begin(),
-                      [](const FitParameter& a, const FitParameter& b) { return a.name == b.name; });
-  });
-  if (first != singles.end()) {
-    Hypothesis alone = fit_at(c.study, *first, pair.fit.plant);
-    // The pair had only found that one's better fit, which may be of odd sizes: by these it is weighed again.
-    if (!alone.fit.error.empty() && !needed(alone)) {
-      const std::vector<Rival> before = rivals_of(singles);
-      *first = std::move(alone);
-      const Rival after = rivals_of(singles)[static_cast<std::size_t>(first - singles.begin())];
-      for (Rival& rival : rivals) {
-        if (rival.is_parameter || rival.name() != after.name()) continue;
-        rival.plausibility += after.plausibility - before[rival.hypothesis].plausibility;
-        rival.hypothesis = after.hypothesis;
-        rival.chi2 = after.chi2;
-        rival.prior_chi2 = after.prior_chi2;
-      }
-      weigh(rivals, weighing);
-      answer = name_first(c, singles, rivals, diagnosis);
-      return;
-    }
+  // Backward elimination: the screen, around a plant that is bent by all that is missing, may have found one effect
+  // only beside another that nothing needs, or a better fit of one than before.
+  for (const EffectCandidate& effect : {pair.effects[1], pair.effects[0]}) {
+    Hypothesis alone = fit_alone(c.study, c.retuned, effect, pair.fit.plant);
+    if (alone.fit.error.empty() || needed(alone)) continue;
+    std::erase_if(rivals, [&](const Rival& rival) { return !rival.is_parameter && rival.name() == name_of(effect); });
+    Rival rival = rivals_of({alone}).front();
+    rival.hypothesis = singles.size();
+    rival.plausibility -= place_penalty(diagnosis.places, rival.location);
+    rivals.push_back(std::move(rival));
+    singles.push_back(std::move(alone));
+    weigh(rivals, weighing);
+    answer = name_first(c, singles, rivals, diagnosis);
+    return;
   }
   diagnosis.named = {name_of(pair.effects[0]), name_of(pair.effects[1])};
   diagnosis.outcome = GapOutcome::several;
