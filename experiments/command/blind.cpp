@@ -50,7 +50,7 @@ void add_blind_score(CLI::App& app, Run& run) {
   command.add_option("--out", request.out, "scores to write (default: ANSWERS/scores.json)");
   command.add_option("--cases", request.cases, "names or patterns with commas between (default: all of the key)");
   command.add_flag("--names-only", request.names_only,
-                   "without the true closure, which simulates every answer: seconds in place of 3 s a case");
+                   "without the true closure, which simulates every answer: seconds in place of minutes");
   add_quiet(command, request.quiet);
   command.footer(
       "Every case of the key counts; an answer that is an error or absent is wrong.\n"
