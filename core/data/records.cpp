@@ -52,10 +52,16 @@ class Tables {
   std::map<std::string, Table> tables_;
 };
 
-Index column(const Table& table, const std::string& name, const fs::path& file) {
+/// @param asked channels whose columns are not meant by another name
+Index column(const Table& table, const std::string& name, const fs::path& file,
+             const std::vector<Channel>& asked = {}) {
   const Index row = table.find(name);
   if (row >= 0) return row;
-  const std::string nearest = nearest_name(name, table.names);
+  std::vector<std::string> free;
+  for (const std::string& other : table.names)
+    if (std::none_of(asked.begin(), asked.end(), [&](const Channel& channel) { return channel.name == other; }))
+      free.push_back(other);
+  const std::string nearest = nearest_name(name, free);
   throw UserError(fmt::format("{}: expected a column \"{}\", found only: {}{}", file.string(), name,
                               join_names(table.names),
                               nearest.empty() ? "" : fmt::format("; did you mean \"{}\" by \"{}\"?", name, nearest)));
@@ -64,7 +70,8 @@ Index column(const Table& table, const std::string& name, const fs::path& file) 
 Matrix rows(const Table& table, const std::vector<Channel>& channels, const fs::path& file, Index first, Index count) {
   Matrix result(static_cast<Index>(channels.size()), count);
   for (std::size_t i = 0; i < channels.size(); ++i)
-    result.row(static_cast<Index>(i)) = table.columns.row(column(table, channels[i].name, file)).segment(first, count);
+    result.row(static_cast<Index>(i)) =
+        table.columns.row(column(table, channels[i].name, file, channels)).segment(first, count);
   return result;
 }
 
