@@ -8,7 +8,6 @@
 
 #include "core/gap/judge.hpp"
 #include "core/gap/probe.hpp"
-#include "core/gap/scale.hpp"
 
 namespace wheelhop {
 
@@ -118,11 +117,14 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   if (diagnosis.delivered.misfit > 1)
     diagnosis.closure_of_retuning = 1 - (diagnosis.retuned.misfit - 1) / (diagnosis.delivered.misfit - 1);
   if (step) step("where it enters");
-  find_places(retuned.fit, data, diagnosis);
-  judge({study, options, delivered, retuned, random, step, diagnosis.floor.power_error}, diagnosis);
+  const std::vector<WrongScale> wrong = wrong_scales(delivered.fit, data.fitted);
+  // Around a channel in another unit re-tuning bends the plant out of all shape, and signals at its places tell
+  // nothing.
+  find_places(one_scale(wrong, plant.sensors.size()) ? delivered.fit : retuned.fit, data, diagnosis);
+  judge({study, options, delivered, retuned, wrong, random, step, diagnosis.floor.power_error}, diagnosis);
   if (diagnosis.outcome == GapOutcome::located_not_in_catalogue || diagnosis.outcome == GapOutcome::exogenous ||
       diagnosis.outcome == GapOutcome::insufficient) {
-    const std::string scales = scale_message(wrong_scales(delivered.fit, data.fitted), plant.sensors.size());
+    const std::string scales = scale_message(wrong, plant.sensors.size());
     if (!scales.empty()) diagnosis.message = scales + (diagnosis.message.empty() ? "" : "; " + diagnosis.message);
   }
   return diagnosis;

@@ -73,7 +73,8 @@ struct Diagnosis {
   Index most_retuned = -1;                     ///< of these, the one that changes the outputs most
   std::vector<Suspect> suspects;               ///< the named ones first, then by probability
   std::vector<LocationProbability> locations;  ///< most probable first
-  /// Where an unknown signal would enter the re-tuned plant, without the catalogue.
+  /// Where an unknown signal would enter the re-tuned plant, without the catalogue; where one factor is wrong
+  /// (`one_scale`) the plant as delivered, since re-tuning bends itself around that.
   std::vector<Place> places;
   std::vector<PlacePair> place_pairs;  ///< the same for two places, where no single one explains all; else empty
   /// How many places it takes to explain what re-tuning leaves: 1, 2, or 0 where neither one unknown signal nor two do

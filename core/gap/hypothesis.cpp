@@ -81,6 +81,15 @@ double cost_of_start(const Study& study, const Hypothesis& base, const Plant& st
   return sum + residual.squaredNorm();
 }
 
+/// Where the records of a fit begin, and nothing else of it: another plant may start from there.
+PlantFit states_of(const PlantFit& fit) {
+  PlantFit states;
+  states.state_scale = fit.state_scale;
+  states.states_at_rest = fit.states_at_rest;
+  states.initial_states = fit.initial_states;
+  return states;
+}
+
 /// The parameters of a base and of a candidate, which then count from where the base's do: tolerances from the plant
 /// as delivered.
 std::vector<FitParameter> with_own(const Hypothesis& base, EffectCandidate& candidate) {
@@ -190,10 +199,17 @@ bool stopped(const PlantFit& fit, Index count) {
 
 std::string name_of(const EffectCandidate& effect) { return effect.effect + "@" + effect.location; }
 
+bool same_form(const EffectCandidate& a, const EffectCandidate& b) {
+  return name_of(a) == name_of(b) && a.form == b.form;
+}
+
 GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& floor, double block_s) {
   GapData data;
   data.block = std::max<Index>(1, std::llround(block_s * set.sampling_hz));
+  bool moved = false;
   for (const Measured& measured : merge_repeats(set)) {
+    const Matrix& u = measured.signal.u;
+    if (measured.role == "estimation") moved = moved || !(u.colwise() - u.col(0)).isZero(0);
     FitRecord record = fit_record(plant, measured.signal, floor.std / std::sqrt(static_cast<double>(measured.repeats)));
     record.quantum = measured.quantum;
     if (record.y.cols() < record.skip + 4 * data.block)
@@ -205,6 +221,9 @@ GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& flo
     (measured.role == "validation" ? data.held_out : data.fitted).push_back(std::move(record));
   }
   if (data.fitted.empty()) throw UserError("expected a record with the role \"estimation\"");
+  if (!moved)
+    throw UserError(
+        "the drive is constant in every record of the role \"estimation\": expected one that moves the plant");
   data.apart = !data.held_out.empty();
   std::vector<double> edges_hz;
   for (Index b = 0; b <= kNoiseBands; ++b)
@@ -232,37 +251,58 @@ Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitP
   return hypothesis;
 }
 
-Hypothesis fit_at(const Study& study, const Hypothesis& base, const Plant& values) {
-  Hypothesis hypothesis = base;
-  Vector theta(static_cast<Index>(base.parameters.size()));
-  for (std::size_t i = 0; i < base.parameters.size(); ++i) {
-    const FitParameter& parameter = base.parameters[i];
-    theta(static_cast<Index>(i)) =
-        (get_parameter(values, parameter.name) - get_parameter(base.start, parameter.name)) / parameter.scale;
+Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothesis& all, std::size_t members) {
+  Hypothesis subset;
+  subset.parameters = none.parameters;
+  Vector values(static_cast<Index>(all.parameters.size()));  // of its parameters, in `all`
+  Index count = 0;
+  for (const FitParameter& parameter : none.parameters) values(count++) = get_parameter(all.fit.plant, parameter.name);
+  Plant plant = none.fit.plant;
+  std::size_t next = none.parameters.size();  // in `all`
+  for (std::size_t i = 0; i < all.effects.size(); ++i) {
+    const EffectCandidate& wanted = all.effects[i];
+    const std::size_t first = next;
+    next += wanted.parameters.size();
+    if (!(members >> i & 1)) continue;
+    Operation operation;
+    if (!operation_of(plant, study.data.fitted, none.fit.initial_states, operation)) return {};
+    // Anew, because its parameters may have other names in a plant without the effects before it.
+    const std::vector<EffectCandidate> candidates = study.candidates(plant, operation);
+    const auto found = std::find_if(candidates.begin(), candidates.end(),
+                                    [&](const EffectCandidate& candidate) { return same_form(candidate, wanted); });
+    if (found == candidates.end() || found->parameters.size() != wanted.parameters.size()) return {};
+    for (std::size_t j = first; j < next; ++j) values(count++) = get_parameter(all.fit.plant, all.parameters[j].name);
+    subset.parameters.insert(subset.parameters.end(), found->parameters.begin(), found->parameters.end());
+    subset.effects.push_back(*found);
+    plant = found->plant;
   }
-  complete(study, study.solvers.thorough, {study.iterations, &base.fit, false, theta},
-           {study.iterations, &base.held_out, false}, hypothesis);
-  if (!hypothesis.effects.empty())
-    hypothesis.plausibility = log_plausibility(hypothesis.effects.back(), hypothesis.fit.plant);
-  return hypothesis;
+  // Tolerances count from the plant as delivered.
+  for (const FitParameter& parameter : none.parameters)
+    set_parameter(plant, parameter.name, get_parameter(none.start, parameter.name));
+  subset.start = std::move(plant);
+  Vector theta(count);
+  for (Index k = 0; k < count; ++k) {
+    const FitParameter& parameter = subset.parameters[static_cast<std::size_t>(k)];
+    theta(k) = (values(k) - get_parameter(subset.start, parameter.name)) / parameter.scale;
+  }
+  const PlantFit fitted = states_of(all.fit), held_out = states_of(all.held_out);
+  complete(study, study.solvers.thorough, {study.iterations, &fitted, false, theta},
+           {study.iterations, &held_out, false}, subset);
+  if (!subset.fit.error.empty())
+    for (const EffectCandidate& effect : subset.effects)
+      subset.plausibility += log_plausibility(effect, subset.fit.plant);
+  return subset;
 }
 
-Hypothesis fit_alone(const Study& study, const Hypothesis& base, const EffectCandidate& effect, const Plant& values) {
-  Operation operation;
-  if (!operation_of(base.fit.plant, study.data.fitted, base.fit.initial_states, operation)) return {};
-  const auto same_name = [](const FitParameter& a, const FitParameter& b) { return a.name == b.name; };
-  std::vector<EffectCandidate> offered = study.candidates(base.fit.plant, operation);
-  const auto own = std::find_if(offered.begin(), offered.end(), [&](const EffectCandidate& other) {
-    return name_of(other) == name_of(effect) && other.form == effect.form &&
-           std::equal(other.parameters.begin(), other.parameters.end(), effect.parameters.begin(),
-                      effect.parameters.end(), same_name);
-  });
-  if (own == offered.end()) return {};
-  Hypothesis alone = base;
-  alone.parameters = with_own(base, *own);
-  alone.start = own->plant;
-  alone.effects = {std::move(*own)};
-  return fit_at(study, alone, values);
+std::vector<Hypothesis> with_twins(const Hypothesis& hypothesis, const std::vector<Hypothesis>& list) {
+  std::vector<Hypothesis> all = {hypothesis};
+  for (const Hypothesis& other : list) {
+    if (!twins(hypothesis, other)) continue;
+    all.push_back(hypothesis);
+    all.back().effects.back() = other.effects.back();
+    all.back().plausibility = log_plausibility(other.effects.back(), hypothesis.fit.plant);
+  }
+  return all;
 }
 
 std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,

@@ -24,7 +24,7 @@ struct GapData {
   double samples = 0;  ///< p N summed over all records, skipped samples left out: chi2 of a plant at the floor
 };
 
-/// UserError if a record is shorter than four blocks, or none has the role "estimation".
+/// UserError if a record is shorter than four blocks, or none has the role "estimation", or no drive of these moves.
 GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& floor, double block_s);
 
 /// A stage of the plant on the held-out records, from `judged_from` on: as delivered, re-tuned, with the effect.
@@ -58,6 +58,9 @@ bool stopped(const PlantFit& fit, Index count);
 /// "effect@location", as effects are named in files and to users.
 std::string name_of(const EffectCandidate& effect);
 
+/// True if two candidates are one effect at one place in one form; the sizes they start at may differ.
+bool same_form(const EffectCandidate& a, const EffectCandidate& b);
+
 /// Every effect at every place of a plant, in all its forms, to start at sizes that suit the operation. Anything may
 /// stand behind it: the whole catalogue, or one with families left out to see whether a diagnosis then says "none".
 using CandidateList = std::function<std::vector<EffectCandidate>(const Plant&, const Operation&)>;
@@ -87,15 +90,16 @@ Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<Fi
 /// The plant of a hypothesis, from its solution on, with other priors. Not linearised.
 Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitParameter> parameters);
 
-/// The same hypothesis fitted again, from the values that its parameters have in another plant.
-/// @param base its `fit` and `held_out` may be of its first parameters alone; `fit` linearised
-Hypothesis fit_at(const Study& study, const Hypothesis& base, const Plant& values);
+/// Some of the effects of a hypothesis, fitted from the values and the initial states that it has with all of them. A
+/// fit without an effect that did nothing is thus as good as the one with it.
+/// @param none without effects   @param all with n effects, `none` its base   @param members bit i: effect i is in
+/// @return `fit.error` empty where a plant without the others is offered an effect no more, or a simulation failed. Not
+/// linearised. Cost: a thorough fit.
+Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothesis& all, std::size_t members);
 
-/// One effect alone beside a plant, fitted from the values that its parameters have in another plant, which may hold
-/// more effects.
-/// @param base linearised, without effects   @param effect of any plant: its effect, place, form and parameters count
-/// @return `fit.error` empty where the catalogue offers it no more, or a simulation failed. Cost: a thorough fit.
-Hypothesis fit_alone(const Study& study, const Hypothesis& base, const EffectCandidate& effect, const Plant& values);
+/// A hypothesis of one effect and, once more under its name, each of a list that is the same law (`extend` does this
+/// among its own).
+std::vector<Hypothesis> with_twins(const Hypothesis& hypothesis, const std::vector<Hypothesis>& list);
 
 /// What of the fast screen is worth a fit.
 struct ExtendOptions {

@@ -15,6 +15,7 @@ constexpr double kWorthFitting = 0.25;  // of kNotice, what the screen must expe
 constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for,
                                         // unless it enters at another place
 constexpr double kWorthPair = 0.1;      // and that the first must have removed: of two effects one is the larger
+constexpr int kSearches = 2;            // for a second effect, where the first one's fit became better by it
 constexpr double kWorthFreeing = 2;     // surprise of a parameter from which it is fitted without its tolerance
 constexpr double kConsidered = 0.05;    // probability from which a rival is named
 // Log odds of an effect that is named, as they turned out to be: a + b log odds, and no more than those of kSurest.
@@ -75,10 +76,47 @@ void add_parameters(const GapCase& c, double colour, Contest& contest) {
   }
 }
 
+void begin_at_rest(PlantFit& fit) {
+  const Index states = fit.state_scale.size();
+  for (std::size_t i = 0; i < fit.initial_states.size(); ++i)
+    fit.initial_states[i] =
+        fit.states_at_rest.segment(states * static_cast<Index>(i), states).cwiseProduct(fit.state_scale);
+}
+
+/// A channel, or the drive, that reads in another unit or with the other sign: re-tuning bends the plant so far around
+/// it that the screen there may miss it. At the plant as delivered its factor is seen, and from there it is fitted.
+void add_wrong_scale(const GapCase& c, Contest& contest) {
+  const Plant& plant = c.delivered.fit.plant;
+  Operation operation;
+  if (!one_scale(c.wrong_scales, plant.sensors.size()) ||
+      !operation_of(plant, c.study.data.fitted, c.delivered.fit.initial_states, operation))
+    return;
+  const WrongScale& wrong = c.wrong_scales.front();
+  const std::string place = c.wrong_scales.size() > 1 ? "actuator" : "sensor:" + wrong.channel;
+  for (const EffectCandidate& candidate : c.study.candidates(plant, operation)) {
+    if (candidate.effect != "gain_error" || candidate.location != place) continue;
+    Hypothesis scaled = c.delivered;
+    scaled.effects = {candidate};
+    scaled.parameters = c.retuned.parameters;
+    scaled.parameters.insert(scaled.parameters.end(), candidate.parameters.begin(), candidate.parameters.end());
+    scaled.fit.plant = candidate.plant;
+    set_parameter(scaled.fit.plant, candidate.parameters.front().name, wrong.reads);
+    begin_at_rest(scaled.fit);  // the states that were fitted follow the wrong factor
+    begin_at_rest(scaled.held_out);
+    Hypothesis fitted = fit_subset(c.study, c.retuned, scaled, 1);
+    if (fitted.fit.error.empty()) continue;
+    std::erase_if(contest.singles, [&](const Hypothesis& old) { return same_form(old.effects.back(), candidate); });
+    contest.singles.push_back(std::move(fitted));
+  }
+  std::stable_sort(contest.singles.begin(), contest.singles.end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; });
+}
+
 Contest contest_of(const GapCase& c, const Diagnosis& diagnosis) {
   Contest contest;
   const double notice = kNotice * diagnosis.floor.colour;
   contest.singles = extend(c.study, c.retuned, {.least = kWorthFitting * notice}, contest.changes);
+  add_wrong_scale(c, contest);
   contest.rivals = rivals_of(contest.singles);
   for (Rival& rival : contest.rivals) rival.plausibility -= place_penalty(diagnosis.places, rival.location);
   contest.effect_seen = !contest.singles.empty() && c.retuned.chi2 - contest.singles.front().chi2 > notice;
@@ -130,8 +168,8 @@ void size_effects(const GapCase& c, Hypothesis& answer, Diagnosis& diagnosis) {
 void name_effects(const GapCase& c, Contest& contest, const Weighing& weighing, Diagnosis& diagnosis) {
   std::vector<Rival>& rivals = contest.rivals;
   Hypothesis answer = name_first(c, contest.singles, rivals, diagnosis);
-  if (worth_second(c, diagnosis, answer))
-    add_second(c, contest.singles, rivals, weighing, contest.changes, answer, diagnosis);
+  for (int search = 0; search < kSearches && worth_second(c, diagnosis, answer); ++search)
+    if (!add_second(c, contest.singles, rivals, weighing, contest.changes, answer, diagnosis)) break;
   if (diagnosis.outcome == GapOutcome::effect) {
     add_ambiguous(rivals, diagnosis);
     if (!diagnosis.ambiguous_with.empty()) diagnosis.outcome = GapOutcome::ambiguous;

@@ -9,6 +9,7 @@
 
 #include "core/gap/diagnose.hpp"
 #include "core/gap/rivals.hpp"
+#include "core/gap/scale.hpp"
 
 namespace wheelhop {
 
@@ -33,6 +34,7 @@ struct GapCase {
   const DiagnoseOptions& options;
   const Hypothesis& delivered;
   const Hypothesis& retuned;
+  const std::vector<WrongScale>& wrong_scales;
   Random& random;
   const std::function<void(const std::string&)>& step;
   double floor_error;  ///< NoiseFloor::power_error
@@ -84,7 +86,8 @@ Hypothesis name_first(const GapCase& c, const std::vector<Hypothesis>& singles, 
                       Diagnosis& diagnosis);
 /// Looks for a second effect beside the best first ones. @param answer replaced if there is one, or if the search has
 /// found a better fit of an effect alone, which is then weighed again among its rivals
-void add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<Rival>& rivals,
+/// @return true in the latter case: beside that fit there may be another second effect
+bool add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<Rival>& rivals,
                 const Weighing& weighing, Changes& changes, Hypothesis& answer, Diagnosis& diagnosis);
 
 /// Takes from the probabilities what the answer leaves unexplained. One that explains too little, from the wrong place

@@ -30,21 +30,25 @@ std::vector<std::size_t> firsts(const std::vector<Rival>& rivals) {
 /// Every second effect for each of the best first ones.
 std::vector<Hypothesis> pairs(const GapCase& c, std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals,
                               Changes& changes) {
+  const bool bent = stopped(c.retuned.fit, static_cast<Index>(c.study.tolerances.size()));
   std::vector<Hypothesis> all;
   for (const std::size_t i : firsts(rivals)) {
     Hypothesis& first = singles[rivals[i].hypothesis];
     // Of two effects either alone leaves about as much as the other; what leaves far more is no part of the answer.
     if (first.chi2 - c.floor_chi2() > kFarBehind * (singles.front().chi2 - c.floor_chi2())) continue;
     if (c.step) c.step(fmt::format("a second effect beside {}", rivals[i].name()));
+    // What candidates change around the re-tuned plant holds beside the first effect too, unless that plant was bent to
+    // the end by what is missing.
+    Changes anew;
     if (first.fit.jacobian.size() == 0 && !linearise(first.fit, first.parameters, c.study.data.fitted)) continue;
     Hypothesis base = first;
     base.held_out =
         fit_plant(first.fit.plant, {}, c.study.data.held_out, c.study.solvers.quick, {2, &c.retuned.held_out});
     if (base.held_out.error.empty()) continue;
     const double least = kPromising * (first.chi2 - c.floor_chi2());
-    for (Hypothesis& pair :
-         extend(c.study, base,
-                {.shortlist = 5, .worth = 0.2, .least = least, .polished = 1, .without = rivals[i].name()}, changes))
+    for (Hypothesis& pair : extend(
+             c.study, base, {.shortlist = 5, .worth = 0.2, .least = least, .polished = 1, .without = rivals[i].name()},
+             bent ? anew : changes))
       all.push_back(std::move(pair));
   }
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.chi2 < b.chi2; });
@@ -76,10 +80,10 @@ void lead(Diagnosis& diagnosis) {
 
 }  // namespace
 
-void add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<Rival>& rivals,
+bool add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<Rival>& rivals,
                 const Weighing& weighing, Changes& changes, Hypothesis& answer, Diagnosis& diagnosis) {
   std::vector<Hypothesis> seconds = pairs(c, singles, rivals, changes);
-  if (seconds.empty()) return;
+  if (seconds.empty()) return false;
   // By chi2 alone the best pair may be one of implausible sizes.
   std::vector<Rival> others = rivals_of(seconds);
   weigh(others, {diagnosis.floor.colour, answer.chi2 - c.floor_chi2(), c.floor_chi2()});
@@ -91,21 +95,23 @@ void add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<
     const double remains = alone.chi2 - c.floor_chi2();
     return alone.chi2 - pair.chi2 > std::max((one_place ? kSecondThere : kSecond) * remains, notice);
   };
-  if (!needed(answer)) return;
+  if (!needed(answer)) return false;
   // Backward elimination: the screen, around a plant that is bent by all that is missing, may have found one effect
   // only beside another that nothing needs, or a better fit of one than before.
-  for (const EffectCandidate& effect : {pair.effects[1], pair.effects[0]}) {
-    Hypothesis alone = fit_alone(c.study, c.retuned, effect, pair.fit.plant);
+  for (const std::size_t kept : {1U, 0U}) {
+    const Hypothesis alone = fit_subset(c.study, c.retuned, pair, std::size_t{1} << kept);
     if (alone.fit.error.empty() || needed(alone)) continue;
-    std::erase_if(rivals, [&](const Rival& rival) { return !rival.is_parameter && rival.name() == name_of(effect); });
-    Rival rival = rivals_of({alone}).front();
-    rival.hypothesis = singles.size();
-    rival.plausibility -= place_penalty(diagnosis.places, rival.location);
-    rivals.push_back(std::move(rival));
-    singles.push_back(std::move(alone));
+    for (Hypothesis& single : with_twins(alone, singles)) {
+      Rival rival = rivals_of({single}).front();
+      std::erase_if(rivals, [&](const Rival& old) { return !old.is_parameter && old.name() == rival.name(); });
+      rival.hypothesis = singles.size();
+      rival.plausibility -= place_penalty(diagnosis.places, rival.location);
+      rivals.push_back(std::move(rival));
+      singles.push_back(std::move(single));
+    }
     weigh(rivals, weighing);
     answer = name_first(c, singles, rivals, diagnosis);
-    return;
+    return true;
   }
   diagnosis.named = {name_of(pair.effects[0]), name_of(pair.effects[1])};
   diagnosis.outcome = GapOutcome::several;
@@ -128,6 +134,7 @@ void add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<
   diagnosis.suspects.insert(diagnosis.suspects.begin() + 1, suspect_of(c, *own_rival, pair));
   add_ambiguous(others, diagnosis);
   answer = pair;
+  return false;
 }
 
 }  // namespace wheelhop

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kTimesOff = 2;  // times too large or too small
 constexpr double kGoes = 0.8;    // correlation with the plant
-constexpr double kAlike = 0.2;   // by which the scales of all channels may differ where the drive's is wrong
+constexpr double kAlike = 0.4;   // by which the scales of all channels may differ where the drive's is wrong: what else
+                                 // is missing takes from each its own
 
 }  // namespace
 
@@ -33,12 +34,17 @@ std::vector<WrongScale> wrong_scales(const PlantFit& fit, const std::vector<FitR
   return wrong;
 }
 
-std::string scale_message(const std::vector<WrongScale>& wrong, std::size_t channels) {
-  if (wrong.empty()) return "";
+bool one_scale(const std::vector<WrongScale>& wrong, std::size_t channels) {
   const auto alike = [&](const WrongScale& one) {
     return std::abs(one.reads - wrong.front().reads) < kAlike * std::abs(wrong.front().reads);
   };
-  if (channels > 1 && wrong.size() == channels && std::all_of(wrong.begin(), wrong.end(), alike))
+  return wrong.size() == 1 ||
+         (channels > 1 && wrong.size() == channels && std::all_of(wrong.begin(), wrong.end(), alike));
+}
+
+std::string scale_message(const std::vector<WrongScale>& wrong, std::size_t channels) {
+  if (wrong.empty()) return "";
+  if (wrong.size() > 1 && one_scale(wrong, channels))
     return fmt::format(
         "every channel reads {:.3g} times what the plant makes of the drive: check the drive's unit and sign",
         wrong.front().reads);

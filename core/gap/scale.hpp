@@ -21,9 +21,11 @@ struct WrongScale {
 /// @param fit of the plant as delivered over `records`
 std::vector<WrongScale> wrong_scales(const PlantFit& fit, const std::vector<FitRecord>& records);
 
-/// Tells the factors and what to check; where all channels are off by the same one, that is the drive. Empty without
-/// any.
-/// @param channels of the plant
+/// True if one factor is wrong: that of a single channel, or of the drive where all channels, two or more, are off
+/// alike. @param channels of the plant
+bool one_scale(const std::vector<WrongScale>& wrong, std::size_t channels);
+
+/// Tells the factors and what to check. Empty without any.
 std::string scale_message(const std::vector<WrongScale>& wrong, std::size_t channels);
 
 }  // namespace wheelhop

@@ -4,52 +4,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 
 namespace wheelhop {
-namespace {
-
-bool same_effect(const EffectCandidate& a, const EffectCandidate& b) {
-  return name_of(a) == name_of(b) && a.form == b.form;
-}
-
-/// The hypothesis with those effects of `all` alone whose bit is set, fitted from the values that they have there. Its
-/// fit has no error where that fails.
-Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothesis& all, std::size_t members) {
-  Hypothesis subset = none;
-  std::vector<double> values;  // of its parameters, in `all`
-  for (const FitParameter& parameter : none.parameters) values.push_back(get_parameter(all.fit.plant, parameter.name));
-  Hypothesis failed;
-  Plant plant = none.fit.plant;
-  std::size_t next = none.parameters.size();  // in `all`
-  for (std::size_t i = 0; i < all.effects.size(); ++i) {
-    const EffectCandidate& wanted = all.effects[i];
-    const std::size_t first = next;
-    next += wanted.parameters.size();
-    if (!(members >> i & 1)) continue;
-    Operation operation;
-    if (!operation_of(plant, study.data.fitted, {}, operation)) return failed;
-    // Anew, because its parameters may have other names in a plant without the effects before it.
-    const std::vector<EffectCandidate> candidates = study.candidates(plant, operation);
-    const auto found = std::find_if(candidates.begin(), candidates.end(),
-                                    [&](const EffectCandidate& candidate) { return same_effect(candidate, wanted); });
-    if (found == candidates.end() || found->parameters.size() != wanted.parameters.size()) return failed;
-    for (std::size_t j = first; j < next; ++j) values.push_back(get_parameter(all.fit.plant, all.parameters[j].name));
-    subset.parameters.insert(subset.parameters.end(), found->parameters.begin(), found->parameters.end());
-    subset.effects.push_back(*found);
-    plant = found->plant;
-  }
-  // Tolerances count from the plant as delivered.
-  for (const FitParameter& parameter : none.parameters)
-    set_parameter(plant, parameter.name, get_parameter(none.start, parameter.name));
-  subset.start = plant;
-  for (std::size_t i = 0; i < values.size(); ++i) set_parameter(plant, subset.parameters[i].name, values[i]);
-  return fit_at(study, subset, plant);
-}
-
-}  // namespace
 
 Vector shapley_values(ConstVectorRef worth) {
   const auto count = static_cast<std::size_t>(worth.size());
@@ -80,7 +38,7 @@ Vector effect_shares(const Study& study, const Hypothesis& none, const Hypothesi
     Hypothesis fitted = members == everything ? all : fit_subset(study, none, all, members);
     if (fitted.effects.size() == 1)
       for (const Hypothesis& other : known)
-        if (same_effect(other.effects.back(), fitted.effects.back()) && other.chi2 < fitted.chi2) fitted = other;
+        if (same_form(other.effects.back(), fitted.effects.back()) && other.chi2 < fitted.chi2) fitted = other;
     worth(static_cast<Index>(members)) = 1 - (fitted.stage.misfit - 1) / gap;
     if (fitted.fit.error.empty()) worth(static_cast<Index>(members)) = std::numeric_limits<double>::quiet_NaN();
   });

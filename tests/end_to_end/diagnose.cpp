@@ -236,6 +236,23 @@ TEST_CASE("an effect that shows only beside another one is named alone where it 
   CHECK(d.at("how_far").at("closure").get<double>() > 0.8);
 }
 
+TEST_CASE("behind a channel in another unit, or a drive of the wrong sign, the effect in the plant is found as well",
+          "[slow]") {
+  // Re-tuning goes to the end of every tolerance, and what an effect does to that plant says little of the true one.
+  const Folder folder;
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  truth.elements[0].laws.push_back({find_law("coulomb_friction"), {40, 0, 0.05, 0.005}});
+  const bool drive = GENERATE(true, false);
+  (drive ? truth.inputs[0].path.gain : truth.sensors[1].path.gain) = drive ? -1 : 0.102;  // g for m/s^2
+  measure(folder, nominal, truth, 0.01);
+  std::string out;
+  const Json d = diagnosis(folder, out);
+  const std::string place = drive ? "actuator" : "sensor:body_acc";
+  CHECK(d.at("which").at("named") == Json::array({"gain_error@" + place, "coulomb_friction@suspension"}));
+  CHECK(d.at("how_far").at("closure").get<double>() > 0.99);
+}
+
 TEST_CASE("one channel under an unknown force: a gap, but no place and no name") {
   const Folder folder;
   const Plant nominal = plant_from(one_sensor_text);
@@ -260,6 +277,21 @@ TEST_CASE("records that are too short or do not fit the plant are refused with t
   const Said said = run_program(base + "'" + (folder / "short.json").string() + "'");
   CHECK(said.status == 2);
   CHECK_THAT(said.err, Contains("1.5 s"));
+  CHECK_FALSE(std::filesystem::exists(folder / "d.json"));
+}
+
+TEST_CASE("a drive that never moves is refused") {
+  const Folder folder;
+  const Plant nominal = plant_from(quarter_car_text);
+  measure(folder, nominal, nominal, 0.02);
+  RecordSet set = load_records(folder / "records.json", nominal.input_channels(), nominal.output_channels());
+  for (Record& record : set.records) record.signal.u.setConstant(0.001);
+  write_records(folder.path(), set);
+  const Said said =
+      run_program("diagnose --quiet --plant '" + (folder / "plant.json").string() + "' --out '" +
+                  (folder / "d.json").string() + "' --records '" + (folder / "records.json").string() + "'");
+  CHECK(said.status == 2);
+  CHECK_THAT(said.err, Contains("the drive is constant in every record"));
   CHECK_FALSE(std::filesystem::exists(folder / "d.json"));
 }
 

@@ -86,11 +86,17 @@ TEST_CASE("the shares of two effects in a plant make up the closure, whichever w
       }
   }
   REQUIRE(both.effects.size() == 2);
-  both.start = plant;
-  for (const FitParameter& parameter : study.tolerances)
-    set_parameter(both.start, parameter.name, get_parameter(nominal, parameter.name));
-  both = fit_at(study, both, plant);
+  both.fit.plant = plant;
+  both = fit_subset(study, none, both, 3);
   REQUIRE(both.stage.misfit < 1.2);
+  // From its own solution a fit does not get worse, nor without an effect that does nothing.
+  CHECK(fit_subset(study, none, both, 3).chi2 <= both.chi2 * (1 + 1e-9));
+  const Hypothesis alone = fit_subset(study, none, both, 1);
+  REQUIRE(alone.chi2 > 1.05 * both.chi2);
+  Hypothesis idle = both;
+  idle.fit = alone.fit;  // its sensors read as they should
+  idle.held_out = alone.held_out;
+  CHECK(fit_subset(study, none, idle, 1).chi2 <= alone.chi2 * (1 + 1e-9));
   const Vector shares = effect_shares(study, none, both, {});
   REQUIRE(shares.size() == 2);
   CHECK(shares.sum() == Approx(1 - (both.stage.misfit - 1) / (none.stage.misfit - 1)));
