@@ -76,6 +76,7 @@ void add_parameters(const GapCase& c, double colour, Contest& contest) {
   }
 }
 
+/// Puts the initial states of a fit, 2n a record, where the plant rests in equilibrium.
 void begin_at_rest(PlantFit& fit) {
   const Index states = fit.state_scale.size();
   for (std::size_t i = 0; i < fit.initial_states.size(); ++i)

@@ -34,7 +34,7 @@ struct GapCase {
   const DiagnoseOptions& options;
   const Hypothesis& delivered;
   const Hypothesis& retuned;
-  const std::vector<WrongScale>& wrong_scales;
+  const std::vector<WrongScale>& wrong_scales;  ///< of the plant as delivered
   Random& random;
   const std::function<void(const std::string&)>& step;
   double floor_error;  ///< NoiseFloor::power_error

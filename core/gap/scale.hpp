@@ -25,7 +25,7 @@ std::vector<WrongScale> wrong_scales(const PlantFit& fit, const std::vector<FitR
 /// alike. @param channels of the plant
 bool one_scale(const std::vector<WrongScale>& wrong, std::size_t channels);
 
-/// Tells the factors and what to check. Empty without any.
+/// Tells the factors and what to check. Empty without any. @param channels of the plant
 std::string scale_message(const std::vector<WrongScale>& wrong, std::size_t channels);
 
 }  // namespace wheelhop
