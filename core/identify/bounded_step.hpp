@@ -6,6 +6,9 @@
 
 namespace wheelhop {
 
+/// Levenberg-Marquardt's damping, in the scales of the parameters, from which a step is lost in rounding.
+inline constexpr double kMostDamping = 1e12;
+
 /// The point of a box nearest to theta.
 Vector clamped(ConstVectorRef theta, const Box& box);
 

@@ -56,6 +56,25 @@ class Rosenbrock final : public ResidualProblem {
   Box box_of_theta;
 };
 
+/// r = atan(x), with derivatives above an edge only: a full step from beyond 1 lands far on the other side of 0.
+class ArcTangent final : public ResidualProblem {
+ public:
+  explicit ArcTangent(double edge) : edge_(edge) {}
+  Index parameters() const override { return 1; }
+  Index residuals() const override { return 1; }
+  bool residual(ConstVectorRef x, VectorRef r) const override {
+    r(0) = std::atan(x(0));
+    return true;
+  }
+  bool jacobian(ConstVectorRef x, VectorRef r, MatrixRef J) const override {
+    J(0, 0) = 1 / (1 + x(0) * x(0));
+    return residual(x, r) && x(0) > edge_;
+  }
+
+ private:
+  double edge_;
+};
+
 class LinearResidual final : public ResidualProblem {
  public:
   LinearResidual(Matrix A, Vector b, Box box = {}) : A_(std::move(A)), b_(std::move(b)), box_(std::move(box)) {}
@@ -306,6 +325,18 @@ TEST_CASE("solvers: the cap on iterations holds, is reported, and the cost never
       previous = stopped.cost;
     }
   }
+}
+
+TEST_CASE("solvers: from a point without derivatives they turn back and go on by shorter steps") {
+  for (const SolverPiece& solver : pieces_of(solver_table()))
+    for (const double edge : {-0.02, -0.1, -0.5})
+      for (const double start : {1.0, 1.2, 1.3, 1.35}) {
+        CAPTURE(solver->name(), edge, start);
+        const Solution found = solver->minimise(ArcTangent(edge), Vector::Constant(1, start), 100);
+        CAPTURE(found.message, found.iterations);
+        CHECK(found.status == Status::ok);
+        CHECK(std::abs(found.theta(0)) < 1e-4);
+      }
 }
 
 TEST_CASE("solvers: a start outside the domain is said so and returned, a domain's edge is not crossed") {

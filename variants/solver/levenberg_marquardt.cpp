@@ -38,19 +38,25 @@ class LevenbergMarquardt final : public Solver {
         return best;
       }
       bool accepted = false;
-      for (int attempt = 0; attempt < 30 && !accepted; ++attempt) {
+      while (!accepted && damping < kMostDamping) {
         Matrix damped = H;
         damped.diagonal() += damping * floor;
         const Vector step = bounded_step(damped, gradient, best.theta, box);
         double cost = 0;
         const Vector trial = clamped(best.theta + step, box);
+        Vector gradient_there;
+        Matrix H_there;
         const double predicted = -step.dot(gradient) - 0.5 * step.dot(H.selfadjointView<Eigen::Lower>() * step);
-        if (step.allFinite() && problem.cost(trial, cost) && std::isfinite(cost) && cost < best.cost) {
+        // A point without derivatives is no place to go on from.
+        if (step.allFinite() && problem.cost(trial, cost) && std::isfinite(cost) && cost < best.cost &&
+            (best.iterations + 1 == iterations || problem.normal_equations(trial, cost, gradient_there, H_there))) {
           const double gain = (best.cost - cost) / std::max(predicted, 1e-300);
           const double decrease = (best.cost - cost) / best.cost;
           small_steps = decrease < options_.relative_decrease ? small_steps + 1 : 0;
           best.theta = trial;
           best.cost = cost;
+          gradient = std::move(gradient_there);
+          H = std::move(H_there);
           damping = std::max(damping * std::max(1.0 / 5, 1 - std::pow(2 * gain - 1, 3)), 1e-15);
           growth = 2;
           accepted = true;
@@ -68,11 +74,6 @@ class LevenbergMarquardt final : public Solver {
         best.status = Status::ok;
         best.message = "relative decrease below tolerance";
         ++best.iterations;
-        return best;
-      }
-      if (best.iterations + 1 < iterations && !problem.normal_equations(best.theta, best.cost, gradient, H)) {
-        best.status = Status::outside_domain;
-        best.message = "linearisation failed at an accepted point";
         return best;
       }
     }

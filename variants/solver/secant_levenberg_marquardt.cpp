@@ -7,6 +7,8 @@
 namespace wheelhop {
 namespace {
 
+constexpr double kReturned = 10;  // damping, in steps that are then a fraction of those of steepest descent
+
 class SecantLevenbergMarquardt final : public Solver {
  public:
   explicit SecantLevenbergMarquardt(const SecantLevenbergMarquardtOptions& options) : options_(options) {}
@@ -24,7 +26,6 @@ class SecantLevenbergMarquardt final : public Solver {
     best.status = Status::iteration_limit;
     best.message = "iteration limit reached";
     double damping = options_.initial_damping, growth = 2;
-    bool linearised = true;
     for (best.iterations = 0; best.iterations < iterations;) {
       best.gradient_norm = search.scaled_gradient();
       if (best.gradient_norm < 1e-10 || search.cost == 0) {
@@ -33,30 +34,23 @@ class SecantLevenbergMarquardt final : public Solver {
           best.message = "gradient tolerance met";
           break;
         }
-        if (!search.renew()) {
-          linearised = false;
-          break;
-        }
+        search.renew_or_return(damping);
         continue;
       }
       double gain = 0, decrease = 0;
       bool accepted = false;
-      for (int attempt = 0; attempt < 30 && !accepted; ++attempt) {
+      while (!accepted && damping < kMostDamping) {
         accepted = search.try_step(damping, gain, decrease);
         if (accepted) {
           damping = std::max(damping * std::max(1.0 / 5, 1 - std::pow(2 * gain - 1, 3)), 1e-15);
           growth = 2;
         } else if (!search.fresh) {
-          if (!search.renew()) {
-            linearised = false;
-            break;
-          }
+          search.renew_or_return(damping);
         } else {
           damping *= growth;
           growth *= 2;
         }
       }
-      if (!linearised) break;
       if (!accepted) {
         best.status = Status::ok;
         best.message = "no step reduces the cost further (round-off level)";
@@ -69,20 +63,10 @@ class SecantLevenbergMarquardt final : public Solver {
           best.message = "relative decrease below tolerance";
           break;
         }
-        if (best.iterations < iterations && !search.renew()) {
-          linearised = false;
-          break;
-        }
-      } else if (gain < options_.trusted_gain && best.iterations < iterations && !search.renew()) {
-        {
-          linearised = false;
-          break;
-        }
+        if (best.iterations < iterations) search.renew_or_return(damping);
+      } else if (gain < options_.trusted_gain && best.iterations < iterations) {
+        search.renew_or_return(damping);
       }
-    }
-    if (!linearised) {
-      best.status = Status::outside_domain;
-      best.message = "linearisation failed at an accepted point";
     }
     best.theta = search.theta;
     best.cost = search.cost;
@@ -94,7 +78,7 @@ class SecantLevenbergMarquardt final : public Solver {
   struct Search {
     const ResidualProblem& problem;
     const Box box = problem.box();
-    Vector theta, r, gradient, scale;
+    Vector theta, r, gradient, scale, where_new;
     Matrix J, H;
     double cost = 0, cost_when_new = 0;
     bool fresh = false;       // J belongs to theta
@@ -106,9 +90,20 @@ class SecantLevenbergMarquardt final : public Solver {
     bool renew() {
       if (!problem.jacobian(theta, r, J)) return false;
       cost = cost_when_new = 0.5 * r.squaredNorm();
+      where_new = theta;
       fresh = true;
       normal();
       return std::isfinite(cost);
+    }
+
+    /// Derivatives anew; where there are none, back to where there were, and on from there by shorter steps.
+    void renew_or_return(double& damping) {
+      if (renew()) return;
+      theta = where_new;
+      damping = kReturned * std::max(damping, 1.0);
+      if (renew()) return;
+      fresh = true;  // they are gone there too: the search ends
+      damping = kMostDamping;
     }
 
     void normal() {
