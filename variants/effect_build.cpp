@@ -93,6 +93,12 @@ void plausibly(EffectCandidate& candidate, const std::string& parameter, double 
   throw std::invalid_argument("plausibly: the candidate does not move " + parameter);
 }
 
+void followed_by_steps(EffectCandidate& candidate, const ElementOperation& operation) {
+  const double step_s = 1 / (candidate.plant.hold_hz() * static_cast<double>(kMostSubsteps));
+  for (FitParameter& parameter : candidate.parameters)
+    if (parameter.name.ends_with(".yield_travel_m")) parameter.least = 0.5 * 3 * operation.rate_rms_m_per_s * step_s;
+}
+
 void defined_by(EffectCandidate& candidate, const std::string& parameter, double low, double high) {
   plausibly(candidate, parameter, low, high);
   candidate.plausible.back().defining = true;

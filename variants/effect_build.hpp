@@ -42,6 +42,10 @@ double stiffness_at_rest(const Element& element);
 
 /// Adds where the literature puts the parameter of that last part of a name ("force_n").
 void plausibly(EffectCandidate& candidate, const std::string& parameter, double low, double high);
+/// Keeps fits of a yield travel of Bouc and Wen's law from where an element at three times its RMS speed yields faster
+/// than their steps follow. To the records such friction is Coulomb's; the derivatives of too long steps grow without
+/// end.
+void followed_by_steps(EffectCandidate& candidate, const ElementOperation& operation);
 /// Adds between what sizes the parameter makes the effect this one: far above it has another name.
 void defined_by(EffectCandidate& candidate, const std::string& parameter, double low, double high);
 /// Adds the size that the literature gives to a parameter of that last part of a name.

@@ -306,13 +306,13 @@ std::vector<Hypothesis> with_twins(const Hypothesis& hypothesis, const std::vect
 }
 
 std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
-                               Changes& changes) {
+                               const Changes& known, Changes* found) {
   Operation operation;
   if (!operation_of(base.fit.plant, study.data.fitted, base.fit.initial_states, operation)) return {};
   const std::vector<EffectCandidate> candidates = study.candidates(base.fit.plant, operation);
   std::vector<Screened> shortlist;
   std::map<std::string, Index> forms;
-  for (const Screened& screened : screen(base.fit, study.data.fitted, candidates, changes)) {
+  for (const Screened& screened : screen(base.fit, study.data.fitted, candidates, known, found)) {
     const std::string name = name_of(candidates[screened.candidate]);
     if (static_cast<Index>(shortlist.size()) >= options.shortlist || !(screened.gain > 0)) break;
     if (shortlist.empty() && 2 * screened.gain < options.least) break;

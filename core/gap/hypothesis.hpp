@@ -113,10 +113,10 @@ struct ExtendOptions {
 
 /// Adds one effect to a hypothesis in all ways that the fast screen finds worth a fit: a quick one each, the best of
 /// them fitted on by the thorough solver.
-/// @param base linearised   @param changes of earlier screens of these records; added to
+/// @param base linearised   @param known, found as of `screen`
 /// @return by chi2, ascending. Not linearised. Fits run side by side; the result does not depend on how many.
 /// Cost: a simulation of every fitted record a candidate, and `shortlist` quick fits and `polished` thorough ones.
 std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
-                               Changes& changes);
+                               const Changes& known = {}, Changes* found = nullptr);
 
 }  // namespace wheelhop

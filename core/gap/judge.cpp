@@ -50,16 +50,6 @@ void calibrate(Diagnosis& diagnosis) {
   }
 }
 
-/// Effects alone and wrong parameters, which speak for or against each other.
-struct Contest {
-  std::vector<Hypothesis> singles;
-  Changes changes;  ///< of the screen, for a second effect
-  std::vector<Rival> rivals;
-  bool effect_seen = false;  ///< one of them gains more than chance does
-  bool parameter_seen = false;
-  double left = 0;  ///< of the re-tuned plant's misfit, above the floor
-};
-
 /// Parameters join the rivals if one is far enough from its tolerance. One that is free inside its tolerance, and a
 /// wide one, would have been tuned to the floor, unless it stopped at the end of what re-tuning may move.
 void add_parameters(const GapCase& c, double colour, Contest& contest) {
@@ -116,7 +106,7 @@ void add_wrong_scale(const GapCase& c, Contest& contest) {
 Contest contest_of(const GapCase& c, const Diagnosis& diagnosis) {
   Contest contest;
   const double notice = kNotice * diagnosis.floor.colour;
-  contest.singles = extend(c.study, c.retuned, {.least = kWorthFitting * notice}, contest.changes);
+  contest.singles = extend(c.study, c.retuned, {.least = kWorthFitting * notice}, {}, &contest.changes);
   add_wrong_scale(c, contest);
   contest.rivals = rivals_of(contest.singles);
   for (Rival& rival : contest.rivals) rival.plausibility -= place_penalty(diagnosis.places, rival.location);
@@ -170,7 +160,7 @@ void name_effects(const GapCase& c, Contest& contest, const Weighing& weighing, 
   std::vector<Rival>& rivals = contest.rivals;
   Hypothesis answer = name_first(c, contest.singles, rivals, diagnosis);
   for (int search = 0; search < kSearches && worth_second(c, diagnosis, answer); ++search)
-    if (!add_second(c, contest.singles, rivals, weighing, contest.changes, answer, diagnosis)) break;
+    if (!add_second(c, contest, weighing, answer, diagnosis)) break;
   if (diagnosis.outcome == GapOutcome::effect) {
     add_ambiguous(rivals, diagnosis);
     if (!diagnosis.ambiguous_with.empty()) diagnosis.outcome = GapOutcome::ambiguous;

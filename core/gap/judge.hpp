@@ -44,6 +44,16 @@ struct GapCase {
   }
 };
 
+/// Effects alone and wrong parameters, which speak for or against each other.
+struct Contest {
+  std::vector<Hypothesis> singles;
+  Changes changes;  ///< of the screen, for a second effect
+  std::vector<Rival> rivals;
+  bool effect_seen = false;  ///< one of them gains more than chance does
+  bool parameter_seen = false;
+  double left = 0;  ///< of the re-tuned plant's misfit, above the floor
+};
+
 /// Values and standard deviations of a fit's parameters from number `first` on; 0 where it is not linearised.
 std::vector<FittedParameter> fitted_parameters(const PlantFit& fit, const std::vector<FitParameter>& list,
                                                std::size_t first);
@@ -87,8 +97,7 @@ Hypothesis name_first(const GapCase& c, const std::vector<Hypothesis>& singles, 
 /// Looks for a second effect beside the best first ones. @param answer replaced if there is one, or if the search has
 /// found a better fit of an effect alone, which is then weighed again among its rivals
 /// @return true in the latter case: beside that fit there may be another second effect
-bool add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<Rival>& rivals,
-                const Weighing& weighing, Changes& changes, Hypothesis& answer, Diagnosis& diagnosis);
+bool add_second(const GapCase& c, Contest& contest, const Weighing& weighing, Hypothesis& answer, Diagnosis& diagnosis);
 
 /// Takes from the probabilities what the answer leaves unexplained. One that explains too little, from the wrong place
 /// or by absurd sizes is withdrawn: rounding or an unknown signal is named instead.

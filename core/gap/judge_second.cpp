@@ -1,9 +1,11 @@
 #include "core/gap/judge.hpp"
 
-#include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
+#include <utility>
 
 namespace wheelhop {
 namespace {
@@ -27,30 +29,41 @@ std::vector<std::size_t> firsts(const std::vector<Rival>& rivals) {
   return list;
 }
 
-/// Every second effect for each of the best first ones.
-std::vector<Hypothesis> pairs(const GapCase& c, std::vector<Hypothesis>& singles, const std::vector<Rival>& rivals,
-                              Changes& changes) {
-  const bool bent = stopped(c.retuned.fit, static_cast<Index>(c.study.tolerances.size()));
-  std::vector<Hypothesis> all;
-  for (const std::size_t i : firsts(rivals)) {
-    Hypothesis& first = singles[rivals[i].hypothesis];
+/// Every second effect for one first.
+/// @param known what candidates change around the re-tuned plant, which holds beside the first effect too
+std::vector<Hypothesis> beside(const GapCase& c, Hypothesis& first, const Changes& known) {
+  if (first.fit.jacobian.size() == 0 && !linearise(first.fit, first.parameters, c.study.data.fitted)) return {};
+  Hypothesis base = first;
+  base.held_out =
+      fit_plant(first.fit.plant, {}, c.study.data.held_out, c.study.solvers.quick, {2, &c.retuned.held_out});
+  if (base.held_out.error.empty()) return {};
+  const double least = kPromising * (first.chi2 - c.floor_chi2());
+  return extend(c.study, base,
+                {.shortlist = 5, .worth = 0.2, .least = least, .polished = 1, .without = name_of(first.effects.back())},
+                known);
+}
+
+/// Every second effect for each of the best first ones, which are searched side by side.
+std::vector<Hypothesis> pairs(const GapCase& c, Contest& contest) {
+  std::vector<Hypothesis*> list;
+  std::string names;
+  for (const std::size_t i : firsts(contest.rivals)) {
+    Hypothesis& first = contest.singles[contest.rivals[i].hypothesis];
     // Of two effects either alone leaves about as much as the other; what leaves far more is no part of the answer.
-    if (first.chi2 - c.floor_chi2() > kFarBehind * (singles.front().chi2 - c.floor_chi2())) continue;
-    if (c.step) c.step(fmt::format("a second effect beside {}", rivals[i].name()));
-    // What candidates change around the re-tuned plant holds beside the first effect too, unless that plant was bent to
-    // the end by what is missing.
-    Changes anew;
-    if (first.fit.jacobian.size() == 0 && !linearise(first.fit, first.parameters, c.study.data.fitted)) continue;
-    Hypothesis base = first;
-    base.held_out =
-        fit_plant(first.fit.plant, {}, c.study.data.held_out, c.study.solvers.quick, {2, &c.retuned.held_out});
-    if (base.held_out.error.empty()) continue;
-    const double least = kPromising * (first.chi2 - c.floor_chi2());
-    for (Hypothesis& pair : extend(
-             c.study, base, {.shortlist = 5, .worth = 0.2, .least = least, .polished = 1, .without = rivals[i].name()},
-             bent ? anew : changes))
-      all.push_back(std::move(pair));
+    if (first.chi2 - c.floor_chi2() > kFarBehind * (contest.singles.front().chi2 - c.floor_chi2())) continue;
+    names += (list.empty() ? "" : ", or ") + contest.rivals[i].name();
+    list.push_back(&first);
   }
+  if (list.empty()) return {};
+  if (c.step) c.step("a second effect beside " + names);
+  // Around a plant that was bent to the end by what is missing, candidates change other things than beside an effect.
+  const bool bent = stopped(c.retuned.fit, static_cast<Index>(c.study.tolerances.size()));
+  const Changes anew;
+  const Changes& known = bent ? anew : std::as_const(contest.changes);
+  std::vector<std::vector<Hypothesis>> found(list.size());
+  tbb::parallel_for(std::size_t{0}, list.size(), [&](std::size_t k) { found[k] = beside(c, *list[k], known); });
+  std::vector<Hypothesis> all;
+  for (std::vector<Hypothesis>& of_one : found) std::move(of_one.begin(), of_one.end(), std::back_inserter(all));
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.chi2 < b.chi2; });
   return all;
 }
@@ -80,9 +93,10 @@ void lead(Diagnosis& diagnosis) {
 
 }  // namespace
 
-bool add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<Rival>& rivals,
-                const Weighing& weighing, Changes& changes, Hypothesis& answer, Diagnosis& diagnosis) {
-  std::vector<Hypothesis> seconds = pairs(c, singles, rivals, changes);
+bool add_second(const GapCase& c, Contest& contest, const Weighing& weighing, Hypothesis& answer,
+                Diagnosis& diagnosis) {
+  std::vector<Hypothesis>& singles = contest.singles;
+  std::vector<Hypothesis> seconds = pairs(c, contest);
   if (seconds.empty()) return false;
   // By chi2 alone the best pair may be one of implausible sizes.
   std::vector<Rival> others = rivals_of(seconds);
@@ -98,21 +112,26 @@ bool add_second(const GapCase& c, std::vector<Hypothesis>& singles, std::vector<
   if (!needed(answer)) return false;
   // Backward elimination: the screen, around a plant that is bent by all that is missing, may have found one effect
   // only beside another that nothing needs, or a better fit of one than before.
+  std::vector<Hypothesis> alone(2);
+  tbb::parallel_for(std::size_t{0}, alone.size(), [&](std::size_t kept) {
+    alone[kept] = fit_subset(c.study, c.retuned, pair, std::size_t{1} << kept);
+  });
   for (const std::size_t kept : {1U, 0U}) {
-    const Hypothesis alone = fit_subset(c.study, c.retuned, pair, std::size_t{1} << kept);
-    if (alone.fit.error.empty() || needed(alone)) continue;
-    for (Hypothesis& single : with_twins(alone, singles)) {
+    if (alone[kept].fit.error.empty() || needed(alone[kept])) continue;
+    for (Hypothesis& single : with_twins(alone[kept], singles)) {
       Rival rival = rivals_of({single}).front();
-      std::erase_if(rivals, [&](const Rival& old) { return !old.is_parameter && old.name() == rival.name(); });
+      std::erase_if(contest.rivals, [&](const Rival& old) { return !old.is_parameter && old.name() == rival.name(); });
       rival.hypothesis = singles.size();
       rival.plausibility -= place_penalty(diagnosis.places, rival.location);
-      rivals.push_back(std::move(rival));
+      contest.rivals.push_back(std::move(rival));
       singles.push_back(std::move(single));
     }
-    weigh(rivals, weighing);
-    answer = name_first(c, singles, rivals, diagnosis);
+    weigh(contest.rivals, weighing);
+    answer = name_first(c, singles, contest.rivals, diagnosis);
     return true;
   }
+  for (Hypothesis& single : alone)
+    if (!single.fit.error.empty()) singles.push_back(std::move(single));
   diagnosis.named = {name_of(pair.effects[0]), name_of(pair.effects[1])};
   diagnosis.outcome = GapOutcome::several;
   lead(diagnosis);

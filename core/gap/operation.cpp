@@ -29,12 +29,7 @@ struct ElementRanges {
 
 bool visit_record(const Plant& plant, const FitRecord& record, const Vector& initial_state,
                   std::vector<ElementRanges>& ranges, Vector& output_rms) {
-  const Simulation run =
-      simulate_measured(plant, record.drive,
-                        {.substeps = stable_substeps(plant),
-                         .decimation = record.ratio,
-                         .from_equilibrium = initial_state.size() == 0,
-                         .initial_state = initial_state.size() == 0 ? Vector() : whole_state(plant, initial_state)});
+  const Simulation run = simulate_measured(plant, record.drive, run_options(plant, record, initial_state));
   if (run.status != Status::ok) return false;
   for (Index j = 0; j < output_rms.size(); ++j)
     output_rms(j) =

@@ -35,6 +35,7 @@ Range allowed(const std::vector<PlantParameter>& known, const FitParameter& fitt
   Range range{-infinity, infinity};
   for (const PlantParameter& parameter : known)
     if (parameter.name == fitted.name) range = parameter.range;
+  range.low = std::max(range.low, fitted.least);
   if (fitted.prior_std > 0 && start > 0) range.low = std::max(range.low, 0.0);
   if (fitted.prior_std > 0 && start < 0) range.high = std::min(range.high, 0.0);
   return {std::min(range.low, start), std::max(range.high, start)};
@@ -80,9 +81,7 @@ bool residual_of(const Simulation& result, const FitRecord& record, VectorRef r)
 
 bool run_record(const Plant& plant, const FitRecord& record, const Vector& initial_state, VectorRef r) {
   return residual_of(simulate_measured(plant, record.drive.leftCols(record.y.cols() * record.ratio),
-                                       {.substeps = stable_substeps(plant, kSubsteps),
-                                        .decimation = record.ratio,
-                                        .initial_state = whole_state(plant, initial_state)}),
+                                       run_options(plant, record, initial_state)),
                      record, r);
 }
 
@@ -216,11 +215,9 @@ class PlantProblem final : public ResidualProblem {
         asked.push_back(j);
         variations.push_back(std::move(variation));
       }
-      const VariedSimulation there = simulate_varied(plant, record.drive.leftCols(record.y.cols() * record.ratio),
-                                                     {.substeps = stable_substeps(plant, kSubsteps),
-                                                      .decimation = record.ratio,
-                                                      .initial_state = whole_state(plant, initial_state(theta, i))},
-                                                     std::move(variations));
+      const VariedSimulation there =
+          simulate_varied(plant, record.drive.leftCols(record.y.cols() * record.ratio),
+                          run_options(plant, record, initial_state(theta, i)), std::move(variations));
       if (!residual_of(there.simulation, record, r)) return false;
       for (std::size_t k = 0; k < asked.size(); ++k) {
         auto column = J.col(asked[k]).segment(first_[i], length(i));
@@ -266,9 +263,7 @@ bool typical_states(const Plant& plant, const std::vector<FitRecord>& records, V
   scale = Vector::Zero(n2);
   start.resize(n2 * static_cast<Index>(records.size()));
   for (std::size_t i = 0; i < records.size(); ++i) {
-    const Simulation result = simulate_measured(
-        plant, records[i].drive,
-        {.substeps = stable_substeps(plant, kSubsteps), .decimation = records[i].ratio, .from_equilibrium = true});
+    const Simulation result = simulate_measured(plant, records[i].drive, run_options(plant, records[i]));
     if (result.status != Status::ok) return false;
     scale = scale.cwiseMax(rms(result.states.topRows(n2)));
     start.segment(n2 * static_cast<Index>(i), n2) = result.states.col(0).head(n2);
@@ -329,6 +324,14 @@ Vector whole_state(const Plant& plant, const Vector& state) {
     }
   }
   return whole;
+}
+
+SimulateOptions run_options(const Plant& plant, const FitRecord& record, const Vector& initial_state) {
+  SimulateOptions options = sparing_steps(plant, kSubsteps, kMostSubsteps);
+  options.decimation = record.ratio;
+  options.from_equilibrium = initial_state.size() == 0;
+  if (initial_state.size() > 0) options.initial_state = whole_state(plant, initial_state);
+  return options;
 }
 
 FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std) {
@@ -421,10 +424,8 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
   for (std::size_t i = 0; i < records.size(); ++i) {
     const FitRecord& record = records[i];
     fit.initial_states.push_back(problem.initial_state(theta, i));
-    const Simulation result = simulate_measured(fit.plant, record.drive,
-                                                {.substeps = stable_substeps(fit.plant, kSubsteps),
-                                                 .decimation = record.ratio,
-                                                 .initial_state = whole_state(fit.plant, fit.initial_states.back())});
+    const Simulation result =
+        simulate_measured(fit.plant, record.drive, run_options(fit.plant, record, fit.initial_states.back()));
     fit.error.push_back(result.outputs.leftCols(record.y.cols()) - record.y);
     visit(result, record, fit.visited);
   }

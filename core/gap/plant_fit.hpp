@@ -2,12 +2,14 @@
 /// Grey-box fits: parameters of a plant and the initial states of its records by the free run's error, under priors.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/identify/solver.hpp"
 #include "core/plant/plant.hpp"
+#include "core/plant/simulate.hpp"
 
 namespace wheelhop {
 
@@ -15,6 +17,8 @@ namespace wheelhop {
 inline constexpr double kFarthest = 15;
 /// Steps of the integrator in a hold interval, at most: a candidate with a stiffer law has a bad parameter.
 inline constexpr Index kSubsteps = 4;
+/// Where a law with memory yields too fast for those: too long steps leave it bounded, but not its derivatives.
+inline constexpr Index kMostSubsteps = 16;
 /// Prior of an initial state around rest, in RMS values of the states under the drive.
 inline constexpr double kStateSpread = 3;
 /// Tolerances from which a parameter has stopped there.
@@ -25,6 +29,7 @@ struct FitParameter {
   std::string name;      ///< of plant_parameters()
   double scale = 1;      ///< > 0, in the unit of the parameter
   double prior_std = 0;  ///< of theta around zero, which stays within kFarthest of it; 0: none
+  double least = -std::numeric_limits<double>::infinity();  ///< value below which a fit does not go
 };
 
 /// Every mass and every law parameter with its tolerance as prior: scale = tolerance |value|, prior_std 1, so that
@@ -44,6 +49,10 @@ struct FitRecord {
 /// An initial state for a plant that may have masses beyond those of the state, at the end of its list: each of them
 /// starts where and as fast as the mass it hangs on. @param state [q; v] of the first masses @return [q; v] of all
 Vector whole_state(const Plant& plant, const Vector& state);
+
+/// How a record is simulated, of which the first 2n numbers of the state are known; from rest in equilibrium where they
+/// are not.
+SimulateOptions run_options(const Plant& plant, const FitRecord& record, const Vector& initial_state = {});
 
 /// @param weight_std p, the record's noise floor (for a mean of R repeats that of one over sqrt(R))
 /// UserError as drive_of_record and hold_samples_per_record_sample.

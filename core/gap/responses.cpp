@@ -48,9 +48,7 @@ Status nominal_outputs(const Plant& plant, std::vector<FitRecord>& records, Vect
   state_rms = Vector::Zero(n2);
   start.clear();
   for (FitRecord& record : records) {
-    const Simulation run = simulate_measured(
-        plant, record.drive,
-        {.substeps = stable_substeps(plant, kSubsteps), .decimation = record.ratio, .from_equilibrium = true});
+    const Simulation run = simulate_measured(plant, record.drive, run_options(plant, record));
     message = run.message;
     if (run.status != Status::ok) return run.status;
     record.y = run.outputs;

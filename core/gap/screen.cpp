@@ -25,9 +25,9 @@ std::vector<std::string> keys_of(const std::vector<EffectCandidate>& candidates)
 }
 
 std::vector<Screened> screen(const PlantFit& base, const std::vector<FitRecord>& records,
-                             const std::vector<EffectCandidate>& candidates, Changes& changes) {
+                             const std::vector<EffectCandidate>& candidates, const Changes& known, Changes* found) {
   const std::vector<std::string> keys = keys_of(candidates);
-  std::vector<Eigen::VectorXf> found(candidates.size());
+  std::vector<Eigen::VectorXf> simulated(found ? candidates.size() : 0);
   Matrix H = base.jacobian.transpose() * base.jacobian;
   H.diagonal() += base.precision;
   const Eigen::LDLT<Matrix> factor(H);
@@ -36,12 +36,12 @@ std::vector<Screened> screen(const PlantFit& base, const std::vector<FitRecord>&
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       list[i].candidate = i;
       Vector change;
-      if (const auto known = changes.find(keys[i]); known != changes.end()) {
-        change = known->second.cast<double>();
+      if (const auto before = known.find(keys[i]); before != known.end()) {
+        change = before->second.cast<double>();
       } else {
         if (!plant_residual(candidates[i].plant, records, base.initial_states, change)) continue;
         change -= base.residual;
-        found[i] = change.cast<float>();
+        if (found) simulated[i] = change.cast<float>();
       }
       const Vector common = base.jacobian.transpose() * change;
       const Vector followed = factor.solve(common);
@@ -53,8 +53,8 @@ std::vector<Screened> screen(const PlantFit& base, const std::vector<FitRecord>&
       if (list[i].strength > 0 || candidates[i].either_sign) list[i].gain = 0.5 * along * along / own;
     }
   });
-  for (std::size_t i = 0; i < found.size(); ++i)
-    if (found[i].size() > 0) changes.emplace(keys[i], std::move(found[i]));
+  for (std::size_t i = 0; i < simulated.size(); ++i)
+    if (simulated[i].size() > 0) found->emplace(keys[i], std::move(simulated[i]));
   std::stable_sort(list.begin(), list.end(), [](const Screened& a, const Screened& b) { return a.gain > b.gain; });
   return list;
 }

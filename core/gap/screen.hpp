@@ -28,8 +28,10 @@ std::vector<std::string> keys_of(const std::vector<EffectCandidate>& candidates)
 /// (2 s). Candidates whose size is not proportional, or is one-sided, gain nothing with a negative strength.
 /// @param base of fit_plant, over the same records   @return in descending order of gain
 /// Cost: one simulation of every record a candidate, shared out over the threads.
-/// @param changes those found here are taken from it instead of from simulations, the others are added
+/// @param known changes that are taken from there instead of from simulations
+/// @param found if given, those that were simulated
 std::vector<Screened> screen(const PlantFit& base, const std::vector<FitRecord>& records,
-                             const std::vector<EffectCandidate>& candidates, Changes& changes);
+                             const std::vector<EffectCandidate>& candidates, const Changes& known = {},
+                             Changes* found = nullptr);
 
 }  // namespace wheelhop

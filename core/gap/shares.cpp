@@ -34,14 +34,19 @@ Vector effect_shares(const Study& study, const Hypothesis& none, const Hypothesi
   if (!(gap > 0)) return {};
   const std::size_t everything = (std::size_t{1} << all.effects.size()) - 1;
   Vector worth = Vector::Zero(static_cast<Index>(everything) + 1);
-  tbb::parallel_for(std::size_t{1}, everything + 1, [&](std::size_t members) {
-    Hypothesis fitted = members == everything ? all : fit_subset(study, none, all, members);
-    if (fitted.effects.size() == 1)
-      for (const Hypothesis& other : known)
-        if (same_form(other.effects.back(), fitted.effects.back()) && other.chi2 < fitted.chi2) fitted = other;
-    worth(static_cast<Index>(members)) = 1 - (fitted.stage.misfit - 1) / gap;
-    if (fitted.fit.error.empty()) worth(static_cast<Index>(members)) = std::numeric_limits<double>::quiet_NaN();
+  const auto of_set = [&](const Hypothesis& fitted) {
+    return fitted.fit.error.empty() ? std::numeric_limits<double>::quiet_NaN() : 1 - (fitted.stage.misfit - 1) / gap;
+  };
+  tbb::parallel_for(std::size_t{1}, everything, [&](std::size_t members) {
+    const Hypothesis* best = nullptr;
+    for (const Hypothesis& other : known)
+      if (std::has_single_bit(members) &&
+          same_form(other.effects.back(), all.effects[static_cast<std::size_t>(std::countr_zero(members))]) &&
+          (!best || other.chi2 < best->chi2))
+        best = &other;
+    worth(static_cast<Index>(members)) = of_set(best ? *best : fit_subset(study, none, all, members));
   });
+  worth(static_cast<Index>(everything)) = of_set(all);
   return worth.allFinite() ? shapley_values(worth) : Vector();
 }
 

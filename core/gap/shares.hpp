@@ -21,9 +21,9 @@ Vector shapley_values(ConstVectorRef worth);
 /// effects S, its parameters and tolerances fitted anew. They sum to the closure of all effects together. A share is
 /// negative where an effect, without the others, mostly makes things worse.
 /// @param none re-tuned plant, linearised   @param all with n effects, `none` its base
-/// @param known hypotheses of one effect that were fitted before; the better of two fits counts
+/// @param known hypotheses of one effect that were fitted before: the best one of an effect is not fitted again
 /// @return n; empty where there is no gap, or a plant with some of the effects does not follow the drives
-/// Cost: a fit for each of the 2^n - 2 subsets, from where `all` has its parameters.
+/// Cost: a fit for each of the 2^n - 2 subsets that is not known, from where `all` has its parameters.
 Vector effect_shares(const Study& study, const Hypothesis& none, const Hypothesis& all,
                      const std::vector<Hypothesis>& known);
 

@@ -51,10 +51,8 @@ std::vector<Trajectory> trajectories(const PlantFit& fit, const std::vector<FitR
   std::vector<Trajectory> list;
   for (std::size_t i = 0; i < records.size(); ++i) {
     const FitRecord& record = records[i];
-    const Simulation run = simulate_measured(fit.plant, record.drive,
-                                             {.substeps = stable_substeps(fit.plant, kSubsteps),
-                                              .decimation = record.ratio,
-                                              .initial_state = fit.initial_states[i]});
+    const Simulation run =
+        simulate_measured(fit.plant, record.drive, run_options(fit.plant, record, fit.initial_states[i]));
     const Matrix felt = apply_drive_paths(fit.plant, record.drive, 0);
     Matrix felt_rate = Matrix::Zero(felt.rows(), felt.cols());
     felt_rate.rightCols(felt.cols() - 1) =

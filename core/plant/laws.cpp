@@ -1,5 +1,6 @@
 #include "core/plant/laws.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace wheelhop {
@@ -106,6 +107,16 @@ Json to_json(const Law& law) {
   }
   out["tolerance"] = law.tolerance;
   return out;
+}
+
+double decay(const Law& law, double v) {
+  const double yielded[max_law_states] = {std::copysign(1.0, v)};
+  MemorySlopes slopes;
+  if (law.states() == 0 || !law.kind->memory.slopes(law.values, 0, v, yielded, slopes)) return 0;
+  double fastest = 0;
+  for (int i = 0; i < law.states(); ++i)
+    fastest = std::max(fastest, std::abs(slopes.dz_dz[static_cast<std::size_t>(max_law_states * i + i)]));
+  return fastest;
 }
 
 double parse_tolerance(const JsonCursor& cursor) {

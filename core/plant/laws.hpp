@@ -119,6 +119,9 @@ struct Law {
   std::vector<std::string> parameter_names() const;
 };
 
+/// Fastest decay [1/s] of the internal states of a law that has yielded at rate v [m/s]; 0 for a law without memory.
+double decay(const Law& law, double v);
+
 /// All laws, in the order in which they are listed to users.
 const std::vector<LawKind>& law_table();
 std::vector<std::string> law_names();

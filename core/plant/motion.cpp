@@ -168,6 +168,19 @@ bool Motion::element(const Branch& branch, double own_travel, double rate, doubl
   return true;
 }
 
+double Motion::fastest_yielding() const {
+  double fastest = 0;
+  for (const Branch& branch : branches_) {
+    if (branch.first_memory == branch.last_law) continue;
+    const double rate = v_[branch.to] - v_[branch.from];
+    for (std::size_t k = branch.first_memory; k < branch.last_law; ++k) {
+      const LawMemory& memory = laws_[k].kind->memory;
+      fastest = std::max(fastest, decay(laws_[k], memory.jump ? free_rate(branch, rate) : rate));
+    }
+  }
+  return fastest;
+}
+
 int Motion::accelerations(const double* q, const double* v, const double* z, double* a, double* z_rate) {
   load(q, v);
   for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = applied_[i];

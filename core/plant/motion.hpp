@@ -39,6 +39,10 @@ class Motion {
   /// The same with memories z (s); their rates z' are written to `z_rate`. The overload above has them at rest.
   int accelerations(const double* q, const double* v, const double* z, double* a, double* z_rate);
 
+  /// Fastest decay [1/s] of an internal state that yields at the speeds of the evaluation before: at rest friction with
+  /// presliding has no rate.
+  double fastest_yielding() const;
+
   /// Travel [m] of an element in the evaluation before.
   double travel(int element) const;
   /// Force [N] of an element in the `accelerations` before: the sum of its laws, clearance and contact included, that

@@ -92,19 +92,16 @@ void check_shapes(const Plant& plant, Index memories, ConstMatrixRef drive, cons
                     2 * plant.mass_count(), memories, size));
 }
 
-/// Fastest decay [1/s] of an internal state in motion: at rest the yielding of friction with presliding has no rate.
-double fastest_memory(const Plant& plant) {
-  double fastest = 0;
-  for (const Element& element : plant.elements)
-    for (const Law& law : element.laws)
-      for (const double v : {-kMemorySpeed, kMemorySpeed}) {
-        const double yielded[max_law_states] = {std::copysign(1.0, v)};
-        MemorySlopes slopes;
-        if (law.states() == 0 || !law.kind->memory.slopes(law.values, 0, v, yielded, slopes)) continue;
-        for (int i = 0; i < law.states(); ++i)
-          fastest = std::max(fastest, std::abs(slopes.dz_dz[static_cast<std::size_t>(max_law_states * i + i)]));
-      }
-  return fastest;
+/// Fastest pole [1/s] of the plant linearised at zero; 0 where it cannot be.
+double fastest_pole(const Plant& plant) {
+  const LinearPlant model = linearise(plant);
+  return model.A.size() == 0 ? 0 : eigenvalues(model.A).cwiseAbs().maxCoeff();
+}
+
+/// Steps in one hold interval with which |s| h <= 2.
+Index steps_for(double fastest, double hold_s, Index least, Index most) {
+  const double steps = std::ceil(0.5 * fastest * hold_s);
+  return static_cast<Index>(std::clamp(steps, static_cast<double>(least), static_cast<double>(most)));
 }
 
 }  // namespace
@@ -113,7 +110,6 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
   Motion motion(plant);
   check_shapes(plant, motion.memories(), drive, options);
   const double hold_s = 1 / plant.hold_hz();
-  const double h = hold_s / static_cast<double>(options.substeps);
   const Index n = plant.mass_count(), m = plant.input_count(), N = drive.cols();
   const Index size = 2 * n + motion.memories();
   const Index kept = (N - options.lead_samples - 1) / options.decimation + 1;
@@ -142,6 +138,8 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
   result.states.resize(size, kept);
   result.outputs.resize(plant.sensor_count(), kept);
 
+  const bool adapts = motion.memories() > 0 && options.most_substeps > options.substeps;
+  Index substeps = options.substeps;
   Stepper stepper(motion, tangent);
   Vector u_rate = Vector::Zero(m), u_step = u_rate;
   double* const q = state.data();
@@ -152,7 +150,8 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
     return fail(Status::outside_domain,
                 fmt::format("element \"{}\" left the domain of its laws at t = {:.6g} s (travel {:.6g} m): the drive "
                             "is too strong for this plant, or the step of {:.6g} s too long",
-                            plant.elements[static_cast<std::size_t>(element)].name, time_s, motion.travel(element), h),
+                            plant.elements[static_cast<std::size_t>(element)].name, time_s, motion.travel(element),
+                            hold_s / static_cast<double>(substeps)),
                 column, time_s);
   };
   Index column = 0;
@@ -179,9 +178,12 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
     if (k + 1 == N) break;  // nobody asks for the state after the last sample
     if (apart) motion.set_inputs(drive.col(k).data(), u_rate.data());
     if (apart && tangent) tangent->set_inputs(motion, k, false, hold_s);
-    for (Index s = 0; s < options.substeps; ++s) {
+    for (Index s = 0; s < substeps; ++s) {
       if (!begun)
         if (int e = stepper.begin(q, v, z); e >= 0) return left_domain(e, column, k);
+      if (adapts && s == 0)
+        substeps = steps_for(motion.fastest_yielding(), hold_s, options.substeps, options.most_substeps);
+      const double h = hold_s / static_cast<double>(substeps);
       if (int e = stepper.finish(h, q, v, z); e >= 0) return left_domain(e, column, k);
       begun = false;
     }
@@ -192,11 +194,16 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
 }
 
 Index stable_substeps(const Plant& plant, Index cap) {
-  const LinearPlant model = linearise(plant);
-  if (model.A.size() == 0) return 1;
-  const double fastest = std::max(eigenvalues(model.A).cwiseAbs().maxCoeff(), fastest_memory(plant));
-  const double substeps = std::ceil(fastest / plant.hold_hz() / 2);
-  return static_cast<Index>(std::clamp(substeps, 1.0, static_cast<double>(cap)));
+  double fastest = fastest_pole(plant);
+  if (fastest > 0)
+    for (const Element& element : plant.elements)
+      for (const Law& law : element.laws)
+        fastest = std::max({fastest, decay(law, kMemorySpeed), decay(law, -kMemorySpeed)});
+  return steps_for(fastest, 1 / plant.hold_hz(), 1, cap);
+}
+
+SimulateOptions sparing_steps(const Plant& plant, Index cap, Index most) {
+  return {.substeps = steps_for(fastest_pole(plant), 1 / plant.hold_hz(), 1, cap), .most_substeps = most};
 }
 
 }  // namespace wheelhop

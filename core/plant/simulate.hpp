@@ -26,6 +26,7 @@ Equilibrium static_equilibrium(const Plant& plant, ConstVectorRef u);
 
 struct SimulateOptions {
   Index substeps = 1;             ///< RK4 steps in one hold interval, >= 1
+  Index most_substeps = 1;        ///< where laws with memory yield too fast for those: as many as they ask for, at most
   Index decimation = 1;           ///< every how many hold samples one is kept, >= 1
   Index lead_samples = 0;         ///< hold samples at the start that are simulated but not kept
   bool from_equilibrium = false;  ///< start at rest in the equilibrium of the first drive sample
@@ -63,5 +64,10 @@ Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOpti
 /// of laws are also judged at 1 m/s: friction with presliding over 0.1 mm is stiff in motion only. At least 1,
 /// also where the plant cannot be linearised. Cost O((2n + s)^3).
 Index stable_substeps(const Plant& plant, Index cap = 1000);
+
+/// Options for many simulations, with a fraction of those steps: internal states are judged interval by interval, at
+/// the speed that the element has there.
+/// @param cap of the steps for the plant linearised at zero   @param most of those for internal states, >= cap
+SimulateOptions sparing_steps(const Plant& plant, Index cap, Index most);
 
 }  // namespace wheelhop

@@ -132,14 +132,14 @@ TEST_CASE("the screen finds the effect that is missing, at its place, and nothin
   set_parameter(stiffer.plant, "tyre.linear_spring.stiffness_n_per_m", 201000);
   candidates.push_back(stiffer);
   Changes changes;
-  const std::vector<Screened> order = screen(base, {c.record}, candidates, changes);
+  const std::vector<Screened> order = screen(base, {c.record}, candidates, {}, &changes);
   REQUIRE(order.size() == candidates.size());
   CHECK(candidates[order[0].candidate].effect == "damper_asymmetry");
   CHECK(order[0].strength == Approx(1).epsilon(0.3));
   // A second screen of the same fit needs no simulation and says the same.
-  const std::size_t seen = changes.size();
-  const std::vector<Screened> again = screen(base, {c.record}, candidates, changes);
-  CHECK(changes.size() == seen);
+  Changes more;
+  const std::vector<Screened> again = screen(base, {c.record}, candidates, changes, &more);
+  CHECK(more.empty());
   for (std::size_t i = 0; i < 5; ++i) CHECK(again[i].gain == Approx(order[i].gain).epsilon(1e-3));
   for (const Screened& screened : order)
     if (screened.candidate + 1 == candidates.size()) CHECK(screened.gain < 0.05 * order[0].gain);
@@ -160,12 +160,30 @@ TEST_CASE("the screen sees a tyre that softens or hardens, by the square of its 
       const PlantFit base = fit_plant(c.plant, {}, {c.record}, *make_levenberg_marquardt({}), {8});
       REQUIRE(base.error.size() == 1);
       const std::vector<EffectCandidate> candidates = effect_candidates(base.plant, c.operation);
-      Changes changes;
       double most = 0;
-      for (const Screened& screened : screen(base, {c.record}, candidates, changes))
+      for (const Screened& screened : screen(base, {c.record}, candidates))
         if (candidates[screened.candidate].effect == "tyre_nonlinearity") most = std::max(most, screened.gain);
       CHECK(most > 0.9 * 0.5 * base.residual.squaredNorm());
     }
+}
+
+TEST_CASE("however soon a friction may yield in a fit, the steps of the fit follow it: its derivatives stay finite") {
+  int seen = 0;
+  for (const Case& c : {make_case(quarter_car_text, 0.005), make_case(quarter_car_text, 0.02)})
+    for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation))
+      for (std::size_t j = 0; j < candidate.parameters.size(); ++j) {
+        if (!candidate.parameters[j].name.ends_with("yield_travel_m")) continue;
+        ++seen;
+        CAPTURE(candidate.effect, candidate.location, candidate.form);
+        const auto problem =
+            plant_problem(candidate.plant, candidate.parameters, {c.record}, Vector::Constant(c.rest.size(), 0.001));
+        Vector theta = Vector::Zero(problem->parameters()), r(problem->residuals());
+        theta(static_cast<Index>(j)) = problem->box().lower(static_cast<Index>(j));
+        Matrix J(problem->residuals(), problem->parameters());
+        REQUIRE(problem->jacobian(theta, r, J));
+        CHECK(J.col(static_cast<Index>(j)).norm() < 1e3 * r.norm());
+      }
+  CHECK(seen >= 6);
 }
 
 TEST_CASE("the Jacobian of a fit is the derivative of its residuals, in every parameter of plant and effect",
@@ -193,7 +211,7 @@ TEST_CASE("the Jacobian of a fit is the derivative of its residuals, in every pa
         REQUIRE(problem->residual(there, ahead));
         REQUIRE(problem->residual(back, behind));
         const Vector difference = (ahead - behind) / (there(j) - back(j));
-        CHECK((J.col(j) - difference).norm() <= 2e-2 * difference.norm() + 1e-9 * J.norm());
+        CHECK((J.col(j) - difference).norm() <= 4e-2 * difference.norm() + 1e-9 * J.norm());
       }
     }
   }

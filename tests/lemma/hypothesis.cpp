@@ -1,4 +1,5 @@
 // Hypotheses whose plant follows some records and not others, or only from some time on.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
@@ -104,6 +105,44 @@ TEST_CASE("a wrong parameter is called by what it belongs to: slopes, paths, law
     CAPTURE(name);
     CHECK(called[name] == error);
   }
+}
+
+TEST_CASE("a law under two names is one hypothesis under both, each as plausible as its own name makes it") {
+  const Plant plant = plant_from(quarter_car_text);
+  RecordSet set = in_motion(plant, 1000);
+  const GapData data = gap_data(plant, set, noise_floor(set), 0.25);
+  Operation operation;
+  REQUIRE(operation_of(plant, data.fitted, {}, operation));
+  std::vector<Hypothesis> list;
+  for (const EffectCandidate& candidate : effect_candidates(plant, operation)) {
+    if (candidate.location != "suspension") continue;
+    Hypothesis one;
+    one.effects = {candidate};
+    one.parameters = candidate.parameters;
+    one.start = one.fit.plant = candidate.plant;
+    list.push_back(one);
+  }
+  const auto presliding =
+      std::find_if(list.begin(), list.end(), [](const Hypothesis& one) { return one.effects[0].form == "presliding"; });
+  REQUIRE(presliding != list.end());
+  presliding->chi2 = 7;
+  std::map<std::string, double> plausibilities;
+  for (const Hypothesis& twin : with_twins(*presliding, list)) {
+    CHECK(twin.chi2 == 7);
+    CHECK(to_json(twin.fit.plant) == to_json(presliding->fit.plant));
+    if (twin.effects[0].effect == "hysteresis")
+      CHECK(twin.plausibility == log_plausibility(twin.effects[0], twin.fit.plant));
+    plausibilities[name_of(twin.effects[0])] = log_plausibility(twin.effects[0], twin.fit.plant);
+  }
+  REQUIRE(plausibilities.size() == 2);
+  CHECK(plausibilities.count("coulomb_friction@suspension") == 1);
+  CHECK(plausibilities.count("hysteresis@suspension") == 1);
+  CHECK(plausibilities["coulomb_friction@suspension"] != plausibilities["hysteresis@suspension"]);
+  // Dry friction with a smoothed sign is another law.
+  const auto smoothed = std::find_if(list.begin(), list.end(),
+                                     [](const Hypothesis& one) { return one.effects[0].form == "smoothed sign"; });
+  REQUIRE(smoothed != list.end());
+  CHECK(with_twins(*smoothed, list).size() == 1);
 }
 
 TEST_CASE("a memory that was at work before a record began is no gap, and no short record is cut for it") {

@@ -262,6 +262,9 @@ TEST_CASE("stable substeps follow the stiffest law") {
   // Yielding over 0.1 mm at 1 m/s: a state that decays with 10000 1/s in motion, and with nothing at rest.
   const Plant presliding = one_mass_with({R"({"law": "bouc_wen", "force_n": 40, "yield_travel_m": 1e-4})"});
   CHECK(stable_substeps(presliding) == 10);
+  CHECK(sparing_steps(presliding, 4, 16).substeps == 1);
+  CHECK(sparing_steps(presliding, 4, 16).most_substeps == 16);
+  CHECK(sparing_steps(stiff, 4, 16).substeps == 4);
 }
 
 TEST_CASE("parameters outside their range are refused with path and known names") {

@@ -101,6 +101,13 @@ TEST_CASE("the shares of two effects in a plant make up the closure, whichever w
   REQUIRE(shares.size() == 2);
   CHECK(shares.sum() == Approx(1 - (both.stage.misfit - 1) / (none.stage.misfit - 1)));
   CHECK(shares.minCoeff() > 0.02);
+  // Fits that are known are not made again.
+  const Hypothesis other = fit_subset(study, none, both, 2);
+  CHECK(effect_shares(study, none, both, {alone, other}) == shares);
+  Hypothesis nothing = alone;
+  nothing.chi2 *= 0.5;
+  nothing.stage = none.stage;
+  CHECK(effect_shares(study, none, both, {alone, nothing})(0) < shares(0));
   // The order in which they were found does not count.
   std::swap(both.effects[0], both.effects[1]);
   const auto count = static_cast<std::ptrdiff_t>(study.tolerances.size());

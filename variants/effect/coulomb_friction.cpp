@@ -20,6 +20,7 @@ std::shared_ptr<const Effect> make_coulomb_friction(const EffectOptions&) {
           const double yield = 0.02 * own.travel_rms_m;
           list.push_back(with_law(plant, e, "coulomb_friction", "presliding", "bouc_wen", {force, yield, 1, 0.5},
                                   {{"force_n", third(force)}, {"yield_travel_m", third(yield)}}));
+          followed_by_steps(list.back(), own);
           plausibly(list.back(), "yield_travel_m", 2e-5, 3e-4);
           typically(list.back(), "force_n", 40);
           typically(list.back(), "yield_travel_m", 1e-4);

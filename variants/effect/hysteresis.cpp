@@ -14,6 +14,7 @@ std::shared_ptr<const Effect> make_hysteresis(const EffectOptions&) {
             const double yield = share * own.travel_rms_m;
             list.push_back(with_law(plant, e, "hysteresis", "Bouc-Wen", "bouc_wen", {force, yield, 1, 0.5},
                                     {{"force_n", third(force)}, {"yield_travel_m", third(yield)}}));
+            followed_by_steps(list.back(), own);
             plausibly(list.back(), "yield_travel_m", 2e-4, 5e-3);
             typically(list.back(), "force_n", 60);
             typically(list.back(), "yield_travel_m", share < 0.3 ? 0.0005 : 0.002);
