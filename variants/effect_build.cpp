@@ -6,6 +6,10 @@
 namespace wheelhop {
 namespace {
 
+// Relaxations in a hold interval, at most: a sooner memory is none at any frequency that a record holds, and only makes
+// the equation stiffer than kSubsteps follow.
+constexpr double kRelaxing = 2 * static_cast<double>(kSubsteps);
+
 class FunctionEffect final : public Effect {
  public:
   FunctionEffect(std::string name,
@@ -43,7 +47,10 @@ EffectCandidate with_law(const Plant& plant, std::size_t element, const std::str
   for (const Law& other : place.laws) occurrence += other.kind == added.kind;
   std::string prefix = place.name + "." + law;
   if (occurrence > 1) prefix.append("[").append(std::to_string(occurrence)).append("]");
-  for (const auto& [name, scale] : moved) candidate.parameters.push_back({prefix + "." + name, scale, 0});
+  for (const auto& [name, scale] : moved) {
+    candidate.parameters.push_back({prefix + "." + name, scale, 0});
+    if (name == "relaxation_s") candidate.parameters.back().least = 1 / (kRelaxing * plant.hold_hz());
+  }
   return candidate;
 }
 

@@ -42,6 +42,9 @@ GapStage stage_of(const Study& study, const PlantFit& run) {
 
 // Far from the plant as delivered a fit of all parameters first loses itself in what the data hardly tell.
 constexpr Index kPatient = 4;
+// Steps back to the plant as delivered from one that does not follow all records, at most, and what each leaves.
+constexpr int kReturns = 8;
+constexpr double kStepBack = 0.8;
 constexpr Index kQuickIterations = 8;
 constexpr double kNear = 0.15;  // of the fall of chi2, by which a quick fit may lie behind the best and be fitted on
 
@@ -151,23 +154,24 @@ bool same_model(const Hypothesis& a, const Hypothesis& b) {
   return to_json(other) == to_json(a.start);
 }
 
-/// True if two effects of different names are one law.
-bool twins(const Hypothesis& a, const Hypothesis& b) {
-  return name_of(a.effects.back()) != name_of(b.effects.back()) && same_model(a, b);
+/// A hypothesis whose last effect has another name.
+Hypothesis renamed(const Hypothesis& hypothesis, const EffectCandidate& last) {
+  Hypothesis other = hypothesis;
+  other.plausibility +=
+      log_plausibility(last, other.fit.plant) - log_plausibility(other.effects.back(), other.fit.plant);
+  other.effects.back() = last;
+  return other;
 }
 
 /// Friction with presliding and hysteresis are one law: what either found is the other's too, and their sizes say which
 /// name it deserves.
-void share_solutions(const Hypothesis& base, std::vector<Hypothesis>& list) {
+void share_solutions(std::vector<Hypothesis>& list) {
   for (std::size_t i = 0; i < list.size(); ++i)
-    for (std::size_t j = i + 1; j < list.size(); ++j) {
-      if (!twins(list[i], list[j])) continue;
-      Hypothesis shared = list[i];
-      shared.effects.back() = list[j].effects.back();
-      shared.plausibility = base.plausibility + log_plausibility(shared.effects.back(), shared.fit.plant);
-      list[j] = std::move(shared);
-    }
+    for (std::size_t j = i + 1; j < list.size(); ++j)
+      if (twins(list[i], list[j])) list[j] = renamed(list[i], list[j].effects.back());
 }
+
+bool by_chi2(const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; }
 
 /// True of an element or mass that an effect has put into a plant: no place of the user's.
 bool added(const Plant& nominal, const Plant& plant, const std::string& location) {
@@ -179,19 +183,27 @@ bool added(const Plant& nominal, const Plant& plant, const std::string& location
 }
 
 /// A quick fit is fitted on to the end, and replaced if that is better.
-void polish(const Study& study, const Hypothesis& base, Hypothesis& hypothesis) {
-  if (hypothesis.parameters.size() == base.parameters.size()) return;  // nothing was fitted beyond the base
+void polish(const Study& study, Hypothesis& hypothesis) {
+  if (hypothesis.effects.back().parameters.empty()) return;  // nothing was fitted beyond what it was added to
   if (!linearise(hypothesis.fit, hypothesis.parameters, study.data.fitted)) return;
   Hypothesis longer = hypothesis;
   if (!complete(study, study.solvers.thorough, {study.iterations, &hypothesis.fit, false, hypothesis.fit.theta},
-                {study.iterations, &base.held_out, false}, longer) ||
+                {study.iterations, &hypothesis.held_out, false}, longer) ||
       longer.chi2 >= hypothesis.chi2)
     return;
-  longer.plausibility = base.plausibility + log_plausibility(longer.effects.back(), longer.fit.plant);
+  const EffectCandidate& last = longer.effects.back();
+  longer.plausibility += log_plausibility(last, longer.fit.plant) - log_plausibility(last, hypothesis.fit.plant);
   hypothesis = std::move(longer);
 }
 
 }  // namespace
+
+bool twins(const Hypothesis& a, const Hypothesis& b) {
+  if (a.effects.size() != b.effects.size() || name_of(a.effects.back()) == name_of(b.effects.back())) return false;
+  for (std::size_t i = 0; i + 1 < a.effects.size(); ++i)
+    if (name_of(a.effects[i]) != name_of(b.effects[i])) return false;
+  return same_model(a, b);
+}
 
 bool stopped(const PlantFit& fit, Index count) {
   return count > 0 && fit.theta.head(count).cwiseAbs().maxCoeff() > kAtEnd;
@@ -237,8 +249,15 @@ Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<Fi
   Hypothesis hypothesis;
   hypothesis.parameters = std::move(parameters);
   hypothesis.start = plant;
-  complete(study, study.solvers.patient, {.iterations = kPatient * study.iterations, .alone = true},
-           {.iterations = study.iterations}, hypothesis);
+  FitOptions fitted = {.iterations = kPatient * study.iterations, .alone = true};
+  bool done = complete(study, study.solvers.patient, fitted, {.iterations = study.iterations}, hypothesis);
+  // Bent around a wrong drive a plant may lie where it follows the fitted records alone, or these just so: nearer to
+  // the plant as delivered, which follows all.
+  fitted.iterations = 0;
+  for (int step = 0; step < kReturns && !done && hypothesis.fit.theta.size() > 0; ++step) {
+    fitted.theta = kStepBack * hypothesis.fit.theta;
+    done = complete(study, study.solvers.patient, fitted, {.iterations = study.iterations}, hypothesis);
+  }
   return hypothesis;
 }
 
@@ -296,12 +315,8 @@ Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothes
 
 std::vector<Hypothesis> with_twins(const Hypothesis& hypothesis, const std::vector<Hypothesis>& list) {
   std::vector<Hypothesis> all = {hypothesis};
-  for (const Hypothesis& other : list) {
-    if (!twins(hypothesis, other)) continue;
-    all.push_back(hypothesis);
-    all.back().effects.back() = other.effects.back();
-    all.back().plausibility = log_plausibility(other.effects.back(), hypothesis.fit.plant);
-  }
+  for (const Hypothesis& other : list)
+    if (twins(hypothesis, other)) all.push_back(renamed(hypothesis, other.effects.back()));
   return all;
 }
 
@@ -329,20 +344,21 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
   std::vector<Hypothesis> list;
   for (std::size_t i = 0; i < fits.size(); ++i)
     if (done[i]) list.push_back(std::move(fits[i]));
-  const auto by_chi2 = [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; };
   std::stable_sort(list.begin(), list.end(), by_chi2);
-  std::size_t near = 0;
-  while (near < std::min(list.size(), static_cast<std::size_t>(options.polished)) &&
-         list[near].chi2 - list[0].chi2 <= kNear * (base.chi2 - list[0].chi2))
-    ++near;
+  share_solutions(list);
+  return list;
+}
+
+void finish(const Study& study, double before, std::size_t most, std::vector<Hypothesis>& list) {
   std::vector<std::size_t> worth;  // a twin takes over what the better one finds
-  for (std::size_t i = 0; i < near; ++i)
+  for (std::size_t i = 0; i < std::min(list.size(), most); ++i) {
+    if (list[i].chi2 - list[0].chi2 > kNear * (before - list[0].chi2)) break;
     if (std::none_of(worth.begin(), worth.end(), [&](std::size_t better) { return twins(list[better], list[i]); }))
       worth.push_back(i);
-  tbb::parallel_for(std::size_t{0}, worth.size(), [&](std::size_t k) { polish(study, base, list[worth[k]]); });
+  }
+  tbb::parallel_for(std::size_t{0}, worth.size(), [&](std::size_t k) { polish(study, list[worth[k]]); });
   std::stable_sort(list.begin(), list.end(), by_chi2);
-  share_solutions(base, list);
-  return list;
+  share_solutions(list);
 }
 
 }  // namespace wheelhop

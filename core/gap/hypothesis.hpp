@@ -83,7 +83,8 @@ struct Study {
   Index iterations = 12;                 ///< cap of a thorough fit; a quick one gets fewer, a patient one more
 };
 
-/// The plant itself with some parameters free. Linearised. `fit.error` is empty where a simulation failed.
+/// The plant itself with some parameters free. Linearised. Where the solution does not follow all records, or has no
+/// derivatives, on the way back from it to `plant`; `fit.error` is empty where nothing there does either.
 /// Cost: up to four times the study's iterations, each a Jacobian. Takes all threads.
 Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<FitParameter> parameters);
 
@@ -97,6 +98,10 @@ Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitP
 /// linearised. Cost: a thorough fit.
 Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothesis& all, std::size_t members);
 
+/// True if two hypotheses differ by the name of their last effect alone: friction with presliding and hysteresis are
+/// one law.
+bool twins(const Hypothesis& a, const Hypothesis& b);
+
 /// A hypothesis of one effect and, once more under its name, each of a list that is the same law (`extend` does this
 /// among its own).
 std::vector<Hypothesis> with_twins(const Hypothesis& hypothesis, const std::vector<Hypothesis>& list);
@@ -107,16 +112,19 @@ struct ExtendOptions {
   Index forms = 3;           ///< of one effect at one place
   double worth = 0.1;        ///< screened gain over the best one's, below which a candidate is not fitted
   double least = 0;          ///< fall of chi2 that the screen must expect of the best for any to be fitted
-  Index polished = 4;        ///< of the quick fits, the best that are fitted on to the end
   std::string without = {};  ///< "effect@location" that is not tried
 };
 
-/// Adds one effect to a hypothesis in all ways that the fast screen finds worth a fit: a quick one each, the best of
-/// them fitted on by the thorough solver.
+/// Adds one effect to a hypothesis in all ways that the fast screen finds worth a fit: a quick one each.
 /// @param base linearised   @param known, found as of `screen`
 /// @return by chi2, ascending. Not linearised. Fits run side by side; the result does not depend on how many.
-/// Cost: a simulation of every fitted record a candidate, and `shortlist` quick fits and `polished` thorough ones.
+/// Cost: a simulation of every fitted record a candidate, and `shortlist` quick fits.
 std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
                                const Changes& known = {}, Changes* found = nullptr);
+
+/// Fits the best of a list of quick fits on to the end, by the thorough solver; those that lie far behind the first
+/// stay as they are.
+/// @param before chi2 without their last effect   @param most fits   @param list by chi2, ascending; so on return too
+void finish(const Study& study, double before, std::size_t most, std::vector<Hypothesis>& list);
 
 }  // namespace wheelhop

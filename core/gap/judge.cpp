@@ -10,6 +10,7 @@
 namespace wheelhop {
 namespace {
 
+constexpr std::size_t kFinished = 4;    // of the quick fits, the best that are fitted on to the end
 constexpr double kOfPlace = 4;          // what the log of that ratio counts in a rival's log p
 constexpr double kWorthFitting = 0.25;  // of kNotice, what the screen must expect of the best for any to be fitted
 constexpr double kWorthSecond = 0.06;   // share of the gap that must be left for a second effect to be looked for,
@@ -107,6 +108,7 @@ Contest contest_of(const GapCase& c, const Diagnosis& diagnosis) {
   Contest contest;
   const double notice = kNotice * diagnosis.floor.colour;
   contest.singles = extend(c.study, c.retuned, {.least = kWorthFitting * notice}, {}, &contest.changes);
+  finish(c.study, c.retuned.chi2, kFinished, contest.singles);
   add_wrong_scale(c, contest);
   contest.rivals = rivals_of(contest.singles);
   for (Rival& rival : contest.rivals) rival.plausibility -= place_penalty(diagnosis.places, rival.location);

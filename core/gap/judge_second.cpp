@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -14,14 +15,20 @@ constexpr double kSecond = 0.5;       // share of what is left that a second eff
 constexpr double kSecondThere = 0.7;  // likewise, where the first one stands
 constexpr double kPromising = 0.025;  // and that the screen has to expect: of a mode it knows a wrong frequency alone
 constexpr double kFarBehind = 3;      // of what the best first effect leaves
-constexpr std::size_t kBeam = 3;      // first effects to which a second is tried
+constexpr double kClosed = 0.1;       // of that a pair may leave for no other first effect to be tried
+constexpr std::size_t kBeam = 2;      // first effects to which a second is tried
+constexpr std::size_t kFinishedPairs = 3;  // of the quick fits of pairs, the best that are fitted on to the end
 
-/// The first effects to which a second is tried: the most probable ones and, in place of the last of these, the one
-/// that leaves least. Alone, the larger of two effects at two places may look improbable for its place.
-std::vector<std::size_t> firsts(const std::vector<Rival>& rivals) {
+/// The first effects to which a second is tried: the most probable ones, no law twice, and, in place of the last of
+/// these, the one that leaves least. Alone, the larger of two effects at two places may look improbable for its place.
+std::vector<std::size_t> firsts(const Contest& contest) {
+  const std::vector<Rival>& rivals = contest.rivals;
+  const auto single = [&](std::size_t i) -> const Hypothesis& { return contest.singles[rivals[i].hypothesis]; };
   std::vector<std::size_t> list;
   for (std::size_t i = 0; i < rivals.size() && list.size() < kBeam; ++i)
-    if (!rivals[i].is_parameter) list.push_back(i);
+    if (!rivals[i].is_parameter &&
+        std::none_of(list.begin(), list.end(), [&](std::size_t other) { return twins(single(other), single(i)); }))
+      list.push_back(i);
   std::size_t least = list.empty() ? 0 : list.front();
   for (std::size_t i = 0; i < rivals.size(); ++i)
     if (!rivals[i].is_parameter && rivals[i].chi2 < rivals[least].chi2) least = i;
@@ -38,33 +45,51 @@ std::vector<Hypothesis> beside(const GapCase& c, Hypothesis& first, const Change
       fit_plant(first.fit.plant, {}, c.study.data.held_out, c.study.solvers.quick, {2, &c.retuned.held_out});
   if (base.held_out.error.empty()) return {};
   const double least = kPromising * (first.chi2 - c.floor_chi2());
-  return extend(c.study, base,
-                {.shortlist = 5, .worth = 0.2, .least = least, .polished = 1, .without = name_of(first.effects.back())},
+  return extend(c.study, base, {.shortlist = 5, .worth = 0.2, .least = least, .without = name_of(first.effects.back())},
                 known);
 }
 
-/// Every second effect for each of the best first ones, which are searched side by side.
+/// Each pair once more under the other names that the law of its first effect has.
+void add_twins(const Contest& contest, std::vector<Hypothesis>& pairs) {
+  std::map<std::string, const Hypothesis*> singles;
+  for (const Rival& rival : contest.rivals)
+    if (!rival.is_parameter) singles[rival.name()] = &contest.singles[rival.hypothesis];
+  const std::size_t own = pairs.size();
+  for (std::size_t i = 0; i < own; ++i) {
+    const Hypothesis& first = *singles.at(name_of(pairs[i].effects.front()));
+    for (const auto& [name, twin] : singles) {
+      if (name == name_of(pairs[i].effects.back()) || !twins(first, *twin)) continue;
+      pairs.push_back(pairs[i]);
+      pairs.back().effects.front() = twin->effects.back();
+      pairs.back().plausibility += twin->plausibility - first.plausibility;
+    }
+  }
+}
+
+/// Every second effect for the best first ones in turn, until a pair closes what the first leaves.
 std::vector<Hypothesis> pairs(const GapCase& c, Contest& contest) {
-  std::vector<Hypothesis*> list;
-  std::string names;
-  for (const std::size_t i : firsts(contest.rivals)) {
+  // Around a plant that was bent by a wrong scale, or to the end by what is missing, candidates change other things
+  // than beside an effect.
+  const bool bent = !c.wrong_scales.empty() || stopped(c.retuned.fit, static_cast<Index>(c.study.tolerances.size()));
+  const Changes anew;
+  const Changes& known = bent ? anew : std::as_const(contest.changes);
+  const auto by_chi2 = [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; };
+  std::vector<Hypothesis> all;
+  double before = 0;
+  for (const std::size_t i : firsts(contest)) {
     Hypothesis& first = contest.singles[contest.rivals[i].hypothesis];
     // Of two effects either alone leaves about as much as the other; what leaves far more is no part of the answer.
     if (first.chi2 - c.floor_chi2() > kFarBehind * (contest.singles.front().chi2 - c.floor_chi2())) continue;
-    names += (list.empty() ? "" : ", or ") + contest.rivals[i].name();
-    list.push_back(&first);
+    if (c.step) c.step("a second effect beside " + contest.rivals[i].name());
+    std::vector<Hypothesis> found = beside(c, first, known);
+    std::move(found.begin(), found.end(), std::back_inserter(all));
+    std::stable_sort(all.begin(), all.end(), by_chi2);
+    before = std::max(before, first.chi2);
+    if (!all.empty() && all.front().chi2 - c.floor_chi2() < kClosed * (first.chi2 - c.floor_chi2())) break;
   }
-  if (list.empty()) return {};
-  if (c.step) c.step("a second effect beside " + names);
-  // Around a plant that was bent to the end by what is missing, candidates change other things than beside an effect.
-  const bool bent = stopped(c.retuned.fit, static_cast<Index>(c.study.tolerances.size()));
-  const Changes anew;
-  const Changes& known = bent ? anew : std::as_const(contest.changes);
-  std::vector<std::vector<Hypothesis>> found(list.size());
-  tbb::parallel_for(std::size_t{0}, list.size(), [&](std::size_t k) { found[k] = beside(c, *list[k], known); });
-  std::vector<Hypothesis> all;
-  for (std::vector<Hypothesis>& of_one : found) std::move(of_one.begin(), of_one.end(), std::back_inserter(all));
-  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.chi2 < b.chi2; });
+  finish(c.study, before, kFinishedPairs, all);
+  add_twins(contest, all);
+  std::stable_sort(all.begin(), all.end(), by_chi2);
   return all;
 }
 

@@ -186,6 +186,22 @@ TEST_CASE("however soon a friction may yield in a fit, the steps of the fit foll
   CHECK(seen >= 6);
 }
 
+TEST_CASE("however soon a memory may relax in a fit, few steps of the fit follow it") {
+  int seen = 0;
+  for (const Case& c : {make_case(quarter_car_text, 0.005), make_case(quarter_car_text, 0.02)})
+    for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation))
+      for (const FitParameter& parameter : candidate.parameters) {
+        if (!parameter.name.ends_with("relaxation_s")) continue;
+        ++seen;
+        CAPTURE(candidate.effect, candidate.location, candidate.form);
+        Plant soonest = candidate.plant;
+        set_parameter(soonest, parameter.name, parameter.least);
+        CHECK(sparing_steps(soonest, 100, 100).substeps <= kSubsteps);
+        CHECK(get_parameter(candidate.plant, parameter.name) > 2 * parameter.least);
+      }
+  CHECK(seen >= 6);
+}
+
 TEST_CASE("the Jacobian of a fit is the derivative of its residuals, in every parameter of plant and effect",
           "[slow]") {
   for (const Case& c : cases()) {

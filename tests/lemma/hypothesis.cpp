@@ -120,6 +120,7 @@ TEST_CASE("a law under two names is one hypothesis under both, each as plausible
     one.effects = {candidate};
     one.parameters = candidate.parameters;
     one.start = one.fit.plant = candidate.plant;
+    one.plausibility = log_plausibility(candidate, candidate.plant);
     list.push_back(one);
   }
   const auto presliding =
@@ -130,8 +131,7 @@ TEST_CASE("a law under two names is one hypothesis under both, each as plausible
   for (const Hypothesis& twin : with_twins(*presliding, list)) {
     CHECK(twin.chi2 == 7);
     CHECK(to_json(twin.fit.plant) == to_json(presliding->fit.plant));
-    if (twin.effects[0].effect == "hysteresis")
-      CHECK(twin.plausibility == log_plausibility(twin.effects[0], twin.fit.plant));
+    CHECK(std::abs(twin.plausibility - log_plausibility(twin.effects[0], twin.fit.plant)) < 1e-12);
     plausibilities[name_of(twin.effects[0])] = log_plausibility(twin.effects[0], twin.fit.plant);
   }
   REQUIRE(plausibilities.size() == 2);
@@ -143,6 +143,12 @@ TEST_CASE("a law under two names is one hypothesis under both, each as plausible
                                      [](const Hypothesis& one) { return one.effects[0].form == "smoothed sign"; });
   REQUIRE(smoothed != list.end());
   CHECK(with_twins(*smoothed, list).size() == 1);
+  // Of pairs the first effects count as well.
+  std::vector<Hypothesis> pair = with_twins(*presliding, list);
+  for (Hypothesis& both : pair) both.effects.insert(both.effects.begin(), smoothed->effects[0]);
+  CHECK(twins(pair[0], pair[1]));
+  pair[1].effects[0].location = "tyre";
+  CHECK_FALSE(twins(pair[0], pair[1]));
 }
 
 TEST_CASE("a memory that was at work before a record began is no gap, and no short record is cut for it") {
