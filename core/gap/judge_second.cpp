@@ -15,7 +15,7 @@ constexpr double kSecond = 0.5;       // share of what is left that a second eff
 constexpr double kSecondThere = 0.7;  // likewise, where the first one stands
 constexpr double kPromising = 0.025;  // and that the screen has to expect: of a mode it knows a wrong frequency alone
 constexpr double kFarBehind = 3;      // of what the best first effect leaves
-constexpr double kClosed = 0.1;       // of that a pair may leave for no other first effect to be tried
+constexpr double kClosed = 0.1;       // of what a first effect leaves, what a pair may leave for no other to be tried
 constexpr std::size_t kBeam = 2;      // first effects to which a second is tried
 constexpr std::size_t kFinishedPairs = 3;  // of the quick fits of pairs, the best that are fitted on to the end
 
