@@ -67,7 +67,7 @@ void free_run_linearisation(benchmark::State& state) {
       random.normal(p, q),
       nullptr};
   auto map = make_mlp(n + m, q, {.hidden_units = 5});
-  map->initialise(random);
+  map->initialise(random.normal(n + m, 50), random.normal(q, 50), random);
   map->W.setConstant(0.1);
   model.map = std::move(map);
   const Matrix u = random.normal(m, samples), y = random.normal(p, samples);

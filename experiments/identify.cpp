@@ -158,7 +158,8 @@ int run_identify(const IdentifyRequest& request) {
     std::fprintf(stderr, "identifying from %s: %td samples, %td input(s), %td output(s)\n", config.record.c_str(),
                  training.samples(), training.input_count(), training.output_count());
   Random random(static_cast<std::uint64_t>(config.seed), Stream::initial_guess);
-  const PipelineResult result = run_pipeline(training, config.pipeline, config.pieces.borrowed(), random);
+  const PipelineResult result =
+      run_pipeline(training, config.pipeline, config.pieces.borrowed(config.pipeline), random);
   ModelFile model = make_file(config, result);
   if (result.status != Status::ok) {
     write_json(out, without_model(model));

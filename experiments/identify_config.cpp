@@ -64,12 +64,6 @@ void choose_record(const std::optional<JsonCursor>& choice, const std::filesyste
   config.record = names[static_cast<std::size_t>(config.record_index)];
 }
 
-/// Block rows of future and past that the subspace estimator takes; zero if it has no such option.
-std::pair<Index, Index> block_rows(const Json& subspace) {
-  const Index future = subspace.value("block_rows", Index{0}), past = subspace.value("past_block_rows", Index{0});
-  return {future, past > 0 ? past : future};
-}
-
 void require_movement(ConstMatrixRef rows, const std::vector<Channel>& channels, const char* kind,
                       const std::string& where) {
   for (Index i = 0; i < rows.rows(); ++i)
@@ -83,26 +77,21 @@ void check_record(const std::filesystem::path& file, IdentifyConfig& config) {
   const Signal& signal = config.training();
   const std::string where = fmt::format("{}: $.records[{}] ({})", file.string(), config.record_index, config.record);
   const Index m = signal.input_count(), p = signal.output_count();
-  const auto [future, past] = block_rows(config.pieces.subspace.config);
-  if (future > 0) {
-    // Rows of eq. (11) and the samples that fill them once.
-    const Index rows = 1 + m * (future + past) + p * future, needed = rows + future + past - 1;
-    if (signal.samples() < needed)
-      throw UserError(
-          fmt::format("{}: expected at least {} samples for {} block rows, {} input(s) and {} output(s), "
-                      "found {}; lower $.subspace.block_rows or take a longer record",
-                      where, needed, future, m, p, signal.samples()));
-  }
+  const RecordNeeds needs = config.pieces.subspace.piece->needs(m, p);
+  if (signal.samples() < needs.samples)
+    throw UserError(fmt::format(
+        "{}: expected at least {} samples for {} ($.subspace), {} input(s) and {} output(s), found {}; lower "
+        "them or take a longer record",
+        where, needs.samples, needs.because, m, p, signal.samples()));
   require_movement(signal.u, signal.inputs, "input", where);
   require_movement(signal.y, signal.outputs, "output", where);
-  config.excitation_needed = future + past;
-  if (future == 0) return;
+  config.excitation_needed = needs.excitation;
   config.excitation_found = persistency_of_excitation(signal.u, config.excitation_needed, config.excitation_tolerance);
   if (config.excitation_found < config.excitation_needed)
     throw UserError(fmt::format(
-        "{}: expected an input that is persistently exciting of order {} (two times $.subspace.block_rows, Sec. 2.7, "
-        "assumption 1), found order {} at a relative singular value of {:g}; a sine has order 2, a sum of n sines 2 n",
-        where, config.excitation_needed, config.excitation_found, config.excitation_tolerance));
+        "{}: expected an input that is persistently exciting of order {} for {} ($.subspace; Sec. 2.7, assumption 1), "
+        "found order {} at a relative singular value of {:g}; a sine has order 2, a sum of n sines 2 n",
+        where, config.excitation_needed, needs.because, config.excitation_found, config.excitation_tolerance));
 }
 
 void check_nonlinearities(const JsonCursor& cursor, const IdentifyConfig& config) {

@@ -11,6 +11,7 @@
 #include "core/base/status.hpp"
 #include "experiments/command/command.hpp"
 #include "experiments/provenance.hpp"
+#include "variants/extra.hpp"
 
 namespace {
 
@@ -84,6 +85,7 @@ int run_program(int count, char** words) {
 
 int main(int count, char** words) {
   try {
+    wheelhop::add_extra_pieces();
     return run_program(count, words);
   } catch (const wheelhop::UserError& error) {
     std::fprintf(stderr, "wheelhop: %s\n", error.what());

@@ -137,8 +137,8 @@ Random initial_guess(const ReproduceConfig& config, Index realisation) {
 void compute_as_printed(const ReproduceConfig& config, const Records& records, RealisationRow& row) {
   ColumnScore& column = row.columns[static_cast<std::size_t>(Column::as_printed)];
   Random random = initial_guess(config, row.realisation);
-  const PipelineResult result =
-      run_pipeline(records.training, config.printed_pipeline, config.printed_pieces.borrowed(), random);
+  const PipelineResult result = run_pipeline(records.training, config.printed_pipeline,
+                                             config.printed_pieces.borrowed(config.printed_pipeline), random);
   if (result.status != Status::ok) {
     column = failed_score(result.status, result.message);
     return;
@@ -150,7 +150,8 @@ void compute_as_printed(const ReproduceConfig& config, const Records& records, R
 
 void compute_main(const ReproduceConfig& config, const Records& records, RealisationRow& row) {
   Random random = initial_guess(config, row.realisation);
-  PipelineResult result = run_pipeline(records.training, config.pipeline, config.pieces.borrowed(), random);
+  PipelineResult result =
+      run_pipeline(records.training, config.pipeline, config.pieces.borrowed(config.pipeline), random);
   row.status = result.status;
   row.message = result.message;
   row.order = result.linear.order_used;

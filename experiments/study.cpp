@@ -7,7 +7,6 @@
 
 #include "core/data/metrics.hpp"
 #include "core/identify/free_run_problem.hpp"
-#include "variants/nonlinearity/ridge_polynomial.hpp"
 
 namespace wheelhop {
 namespace {
@@ -22,13 +21,33 @@ Made<Piece> read_piece(const JsonCursor& config, const char* family, const std::
   return make_from(table, JsonCursor::from(std::move(named), std::string("default ") + family));
 }
 
+constexpr const char* kNoMap = "none";
+
+/// Polynomials of one direction from the piece of that name; empty for "none".
+RidgeFactory ridge_factory(const std::string& name) {
+  if (name == kNoMap) return {};
+  return [name](Index inputs, const RidgeForm& form) {
+    Json options = {{"name", name}, {"degree", form.degree}, {"odd", form.odd}, {"hardening", form.hardening}};
+    return make_from(nonlinearity_table(), JsonCursor::from(std::move(options), "alternative map")).piece(inputs, 1);
+  };
+}
+
+/// The pieces that can be an alternative map: those with the options that ridge_factory() sets.
+std::vector<std::string> alternative_maps() {
+  std::vector<std::string> names = {kNoMap};
+  for (const Entry<MapFactory>& entry : nonlinearity_table()) {
+    std::size_t found = 0;
+    for (const OptionInfo& option : entry.options())
+      found += option.name == "degree" || option.name == "odd" || option.name == "hardening";
+    if (found == 3) names.push_back(entry.name);
+  }
+  return names;
+}
+
 }  // namespace
 
-Pieces PieceSet::borrowed() const {
-  const auto make_ridge = [](Index inputs, const RidgeForm& form) {
-    return make_ridge_polynomial(inputs, 1, {.degree = form.degree, .odd = form.odd, .hardening = form.hardening});
-  };
-  return {*subspace.piece, *inversion.piece, nonlinearity.piece, *solver.piece, make_ridge};
+Pieces PieceSet::borrowed(const PipelineOptions& options) const {
+  return {*subspace.piece, *inversion.piece, nonlinearity.piece, *solver.piece, ridge_factory(options.alternative_map)};
 }
 
 Json PieceSet::config() const {
@@ -49,6 +68,7 @@ PipelineOptions read_pipeline(const JsonCursor& config, PipelineOptions defaults
   const auto member = config.find("pipeline");
   if (!member) return defaults;
   PipelineOptions options = read_options(*member, std::move(defaults));
+  if (const auto name = member->find("alternative_map")) name->one_of(alternative_maps());
   member->done();
   return options;
 }

@@ -14,8 +14,9 @@ struct PieceSet {
   Made<MapFactory> nonlinearity;
   Made<SolverPiece> solver;
 
-  Pieces borrowed() const;  ///< valid as long as this set lives
-  Json config() const;      ///< `{"subspace": {...}, "inversion": {...}, "nonlinearity": {...}, "solver": {...}}`
+  /// Valid as long as this set lives. @param options name the alternative map
+  Pieces borrowed(const PipelineOptions& options) const;
+  Json config() const;  ///< `{"subspace": {...}, "inversion": {...}, "nonlinearity": {...}, "solver": {...}}`
 };
 
 /// Reads the members `subspace`, `inversion`, `nonlinearity` and `solver` of a config, each optional: absent, it is the

@@ -67,9 +67,13 @@ struct Family {
 /// Every family, in the order in which the pipeline uses them.
 std::vector<Family> families();
 
+inline std::string always_available() { return ""; }
+
 /// An entry whose piece is made by `make_piece(options)` from an Options struct (see core/base/options.hpp).
+/// @param unavailable why this build cannot use it; see Entry
 template <class Piece, class Options, auto make_piece>
-Entry<Piece> table_entry(std::string name, std::string source, std::string meaning) {
+Entry<Piece> table_entry(std::string name, std::string source, std::string meaning,
+                         std::string (*unavailable)() = always_available) {
   // Captureless functions must know the name without the entry: the config carries it.
   return {std::move(name),
           std::move(source),
@@ -82,7 +86,7 @@ Entry<Piece> table_entry(std::string name, std::string source, std::string meani
             return {make_piece(options), std::move(config)};
           },
           [] { return describe_options<Options>(); },
-          [] { return std::string(); }};
+          unavailable};
 }
 
 /// The entry called `cursor.at("name")`. UserError naming the known names (and the nearest) for an unknown one, and the

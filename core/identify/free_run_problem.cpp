@@ -120,7 +120,7 @@ std::unique_ptr<ResidualProblem> free_run_problem(const NonlinearModel& model, C
 }
 
 Refinement refine(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y,
-                  ConstVectorRef weight_std, Index skip, const Solver& solver, Index iterations) {
+                  ConstVectorRef weight_std, Index skip, const Solver& solver, const Budget& budget) {
   const FreeRunProblem problem(model, u, y, weight_std, skip);
   Vector precision = Vector::Zero(problem.parameters());
   if (model.map) precision.segment(layout_of(model).theta(), model.map->parameters()) = model.map->precision();
@@ -132,12 +132,16 @@ Refinement refine(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef
   bool halved = true, more = true;
   while (more) {
     const auto with_weights = with_prior(problem, Vector::Zero(precision.size()), variance * precision);
-    const Index done = solution.iterations, left = iterations - done;
-    solution = solver.minimise(*with_weights, solution.theta, halved ? std::min(kStage, left) : left);
+    const Index done = solution.iterations, left = budget.iterations - done;
+    const Evaluations before_stage = solution.evaluations;
+    solution = solver.minimise(*with_weights, solution.theta,
+                               {halved ? std::min(kStage, left) : left, budget.evaluations - before_stage.total()});
     solution.iterations += done;
+    solution.evaluations.costs += before_stage.costs;
+    solution.evaluations.linearisations += before_stage.linearisations;
     const double before = std::exchange(variance, residual_variance(problem, solution.theta));
-    more = solution.status != Status::outside_domain && solution.iterations < iterations &&
-           (halved || variance < 0.5 * before);
+    more = solution.status != Status::outside_domain && solution.iterations < budget.iterations &&
+           solution.evaluations.total() < budget.evaluations && (halved || variance < 0.5 * before);
     halved = variance < 0.5 * before;
   }
   if (solution.status != Status::outside_domain) unpack(solution.theta, result.model, result.x0);

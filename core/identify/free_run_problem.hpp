@@ -21,9 +21,10 @@ struct Refinement {
   Vector x0;
 };
 
-/// Minimises the free-run error from `model`, x0, under the prior of the map (StaticMap::precision).
+/// Minimises the free-run error from `model`, x0, under the prior of the map (StaticMap::precision), in stages of one
+/// solver call each that share the budget.
 Refinement refine(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y,
-                  ConstVectorRef weight_std, Index skip, const Solver& solver, Index iterations);
+                  ConstVectorRef weight_std, Index skip, const Solver& solver, const Budget& budget);
 
 /// Initial state of another record for a fixed model: linear start, then Gauss-Newton on the first `samples` samples.
 Vector estimate_initial_state(const NonlinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples);

@@ -45,6 +45,29 @@ InputMatrices estimate_input_matrices(ConstMatrixRef A, ConstMatrixRef C, ConstM
   return result;
 }
 
+void estimate_start(ConstMatrixRef u, ConstMatrixRef y, LinearModel& model, Vector& x0) {
+  const Index n = model.order(), p = model.output_count(), N = u.cols();
+  model.y0 = Vector::Zero(p);
+  const Matrix residual = y - simulate(model, u, Vector::Zero(n)).y;
+  StreamedQr stream(n + p + 1, 512);
+  const Index block_samples = std::max<Index>(1, stream.capacity() / p);
+  Matrix free = model.C;  // C A^k
+  for (Index first = 0; first < N; first += block_samples) {
+    const Index count = std::min(block_samples, N - first);
+    MatrixRef block = stream.next(count * p);
+    block.setZero();
+    for (Index k = 0; k < count; ++k, free = free * model.A) {
+      auto rows = block.middleRows(k * p, p);
+      rows.leftCols(n) = free;
+      rows.middleCols(n, p).setIdentity();
+      rows.col(n + p) = residual.col(first + k);
+    }
+  }
+  const Vector start = solve_from_qr(stream.finish(), n + p).x.col(0);
+  x0 = start.head(n);
+  model.y0 = start.tail(p);
+}
+
 Vector estimate_initial_state(const LinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples) {
   samples = std::min(samples, u.cols());
   const Index n = model.order(), p = model.output_count();

@@ -21,6 +21,11 @@ struct InputMatrices {
 InputMatrices estimate_input_matrices(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef u, ConstMatrixRef y,
                                       Index direct_inputs);
 
+/// x0 and y0 alone, by least squares on the simulated outputs with A, B, C and D as they stand in the model.
+/// @param u m x N   @param y p x N   @param model A n x n stable; its y0 is overwritten   @param x0 n out
+/// Cost O(N p (n + p)^2).
+void estimate_start(ConstMatrixRef u, ConstMatrixRef y, LinearModel& model, Vector& x0);
+
 /// Initial state alone, for a known linear model: least squares on the first `samples` samples.
 Vector estimate_initial_state(const LinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples);
 

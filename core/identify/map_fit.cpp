@@ -184,13 +184,16 @@ MapFit fit_static_map(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrix
   MapFit best;
   best.residual = std::numeric_limits<double>::infinity();
   const std::vector<Index> chosen = chosen_samples(f, options.samples);
-  const MapProblem problem(prototype, xi(Eigen::all, chosen), f(Eigen::all, chosen));
-  for (Index start = 0; start < options.starts; ++start) {
+  const Matrix points = xi(Eigen::all, chosen), targets = f(Eigen::all, chosen);
+  const MapProblem problem(prototype, points, targets);
+  // Without inner parameters every start would be the same.
+  const Index starts = problem.parameters() > 0 ? options.starts : 1;
+  for (Index start = 0; start < starts; ++start) {
     std::unique_ptr<StaticMap> map = prototype.clone();
-    map->initialise(random);
+    map->initialise(points, targets, random);
     Vector alpha = map->alpha;
     if (problem.parameters() > 0) {
-      const Solution solution = solver.minimise(problem, alpha, options.iterations);
+      const Solution solution = solver.minimise(problem, alpha, options.budget);
       if (solution.status == Status::outside_domain || !solution.theta.allFinite()) continue;
       alpha = solution.theta;
     }

@@ -13,7 +13,7 @@ namespace wheelhop {
 
 struct MapFitOptions {
   Index starts = 3;
-  Index iterations = 60;
+  Budget budget = {60};  ///< of each start
   Index samples = 3000;  ///< at most so many: the map is low-dimensional, the record is not
 };
 

@@ -47,13 +47,20 @@ void whiten(Extended& system, Matrix& x) {
   x = T * x;
 }
 
+/// The auxiliary input along the record and the states it leads to.
+struct Trajectory {
+  Matrix f, x;
+  Index first = 0, count = 0;  ///< samples that the inversion calls trustworthy; the rest is not fitted to
+};
+
 /// Unit covariance of f: f <- L^-1 f, [Bt; Dt] <- [Bt; Dt] L. Without it several auxiliary inputs drift into
 /// near-collinear mixtures and the passes diverge.
-void whiten_auxiliary(Extended& system, Matrix& f) {
-  const Matrix covariance = f * f.transpose() / static_cast<double>(f.cols());
+void whiten_auxiliary(Extended& system, Trajectory& along) {
+  const auto trusted = along.f.middleCols(along.first, along.count);
+  const Matrix covariance = trusted * trusted.transpose() / static_cast<double>(along.count);
   const Matrix L = cholesky_lower(covariance);
   if (L.size() == 0) return;
-  f = L.triangularView<Eigen::Lower>().solve(f);
+  along.f = L.triangularView<Eigen::Lower>().solve(along.f);
   system.Bt = system.Bt * L;
   system.Dt = system.Dt * L;
 }
@@ -119,24 +126,25 @@ void find_direction(const Run& run, Extended& system, PipelineResult& result) {
   system.Dt = direction.Dt;
 }
 
-/// The auxiliary input along the record and the states it leads to.
-struct Trajectory {
-  Matrix f, x;
-};
-
 /// Step 3: f by dynamic inversion, then the states by simulating with the extended input (Sec. 2.6).
 Trajectory reconstruct(const Run& run, Extended& system, const Vector& channel_residual, Pass& pass) {
   const Matrix z = run.residual(system);
   // What neither noise nor f explains; never below 1 % of the residual, so that R_v stays positive definite.
   const Vector noise_std = channel_residual.cwiseMax(0.01 * rms(z)).cwiseMax(1e-6);
-  Reconstruction inverse =
-      run.pieces.inversion.reconstruct(system.linear.A, system.linear.C, system.Bt, system.Dt, z, noise_std);
+  Reconstruction inverse = without_delay(
+      run.pieces.inversion.reconstruct(system.linear.A, system.linear.C, system.Bt, system.Dt, z, noise_std));
   pass.status = inverse.status;
   pass.message = inverse.message;
   pass.input_variance = inverse.input_variance;
   if (inverse.status != Status::ok) return {};
-  Trajectory along{std::move(inverse.f), {}};
-  whiten_auxiliary(system, along.f);
+  Trajectory along{std::move(inverse.f), {}, inverse.first, inverse.last - inverse.first};
+  if (along.count < run.y.rows() + 1) {
+    pass.status = Status::rank_deficient;
+    pass.message = fmt::format("{} calls {} of {} samples trustworthy", run.pieces.inversion.name(),
+                               std::max<Index>(along.count, 0), run.y.cols());
+    return {};
+  }
+  whiten_auxiliary(system, along);
   LinearModel both = system.linear;
   both.B = Matrix(system.linear.order(), run.u.rows() + along.f.rows());
   both.B << system.linear.B, system.Bt;
@@ -144,7 +152,8 @@ Trajectory reconstruct(const Run& run, Extended& system, const Vector& channel_r
   both.D << system.linear.D, system.Dt;
   along.x = simulate(both, stacked(run.u, along.f), system.x0).x;
   whiten(system, along.x);
-  pass.split = decompose(along.x, run.u);  // eq. (4)
+  pass.split =
+      decompose(along.x.middleCols(along.first, along.count), run.u.middleCols(along.first, along.count));  // eq. (4)
   return along;
 }
 
@@ -152,10 +161,11 @@ Trajectory reconstruct(const Run& run, Extended& system, const Vector& channel_r
 void fit_map(const Run& run, const Extended& system, const Trajectory& along, Index starts, Pass& pass) {
   MapFitOptions options;
   options.starts = starts;
-  options.iterations = run.options.map_iterations;
+  options.budget = {run.options.map_iterations};
   const Matrix xi = stacked(along.x, run.u);
-  const MapFit fit = fit_static_map(*run.pieces.make_map(xi.rows(), along.f.rows()), xi, along.f, options,
-                                    run.pieces.solver, run.random);
+  const MapFit fit =
+      fit_static_map(*run.pieces.make_map(xi.rows(), along.f.rows()), xi.middleCols(along.first, along.count),
+                     along.f.middleCols(along.first, along.count), options, run.pieces.solver, run.random);
   pass.status = fit.status;
   pass.message = fit.message;
   if (fit.status != Status::ok) return;

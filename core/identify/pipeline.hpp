@@ -28,6 +28,7 @@ struct PipelineOptions {
   Index refine_rounds = 4;
   Index round_iterations = 8;
   Index refine_iterations = 100;
+  std::string alternative_map = "ridge_polynomial";
   Index ridge_degree = 11;
   Index hardening_degree = 21;
   template <class V>
@@ -46,9 +47,11 @@ struct PipelineOptions {
           "times at most the map is fitted anew from the refined linear part, against its local minima");
     visit("round_iterations", round_iterations, Range{1, 1000}, "-", "joint refinement before each of these rounds");
     visit("refine_iterations", refine_iterations, Range{0, 10000}, "-", "cap on the joint refinement; 0: none");
-    visit("ridge_degree", ridge_degree, Range{0, 30}, "-",
-          "highest power of a polynomial of one direction that may take the map's place in the refinement; below 3: "
-          "none");
+    visit("alternative_map", alternative_map, Choices{},
+          "piece of the nonlinearity family, with the options degree, odd and hardening, that may take the map's place "
+          "in "
+          "the refinement where the record fits it better; none: the map stays");
+    visit("ridge_degree", ridge_degree, Range{0, 30}, "-", "highest power of the alternative map; below 3: none");
     visit("hardening_degree", hardening_degree, Range{0, 60}, "-",
           "the same with odd powers of one sign alone, which hold farther beyond the training record; below 3: none");
   }
@@ -60,7 +63,7 @@ struct Pieces {
   const InputReconstructor& inversion;
   std::function<std::unique_ptr<StaticMap>(Index inputs, Index outputs)> make_map;
   const Solver& solver;
-  RidgeFactory make_ridge;  ///< empty: the refinement keeps the map it began with
+  RidgeFactory make_ridge;  ///< of PipelineOptions::alternative_map; empty: the refinement keeps the map it began with
 };
 
 /// RMS of every channel on the training record; signals are divided by it.

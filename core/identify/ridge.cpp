@@ -121,18 +121,26 @@ class RidgeSearch {
 
 }  // namespace
 
+SymmetricEigen active_subspace(const StaticMap& map, ConstMatrixRef xi) {
+  const Index d = xi.rows();
+  Matrix gradients(d, xi.cols()), sum = Matrix::Zero(d, d);
+  Vector phi(map.features()), by_alpha(map.inner_parameters()), point(d);
+  for (Index i = 0; i < map.outputs(); ++i) {
+    const Vector w = map.W.row(i);
+    for (Index k = 0; k < xi.cols(); ++k) {
+      point = xi.col(k);
+      map.basis(point.data(), phi.data());
+      map.slopes(point.data(), phi.data(), w.data(), gradients.col(k).data(), by_alpha.data());
+    }
+    gradients.colwise() -= gradients.rowwise().mean().eval();
+    sum += gradients * gradients.transpose();
+  }
+  return symmetric_eigen(sum);
+}
+
 ActiveDirection active_direction(const StaticMap& map, ConstMatrixRef xi) {
   const Index d = xi.rows();
-  Matrix gradients(d, xi.cols());
-  const Vector w = map.W.row(0);
-  Vector phi(map.features()), by_alpha(map.inner_parameters()), point(d);
-  for (Index k = 0; k < xi.cols(); ++k) {
-    point = xi.col(k);
-    map.basis(point.data(), phi.data());
-    map.slopes(point.data(), phi.data(), w.data(), gradients.col(k).data(), by_alpha.data());
-  }
-  gradients.colwise() -= gradients.rowwise().mean().eval();
-  const SymmetricEigen eigen = symmetric_eigen(gradients * gradients.transpose());
+  const SymmetricEigen eigen = active_subspace(map, xi);
   ActiveDirection found;
   found.t = eigen.vectors.col(d - 1);
   found.t /= std::max((xi.transpose() * found.t).cwiseAbs().maxCoeff(), 1e-300);

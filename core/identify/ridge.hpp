@@ -33,9 +33,13 @@ struct ActiveDirection {
   double share = 0;  ///< of the gradient's variance along t; 1: f is linear but for a function of t'xi
 };
 
-/// Leading eigenvector of cov(df/dxi), f the first output of the map (outer product of gradients: Samarov 1993;
-/// Constantine 2015). The constant part of the gradient belongs to the linear system and does not count.
+/// Eigenvalues and eigenvectors of the sum of cov(df_i/dxi) over the outputs of a map: the directions in which it
+/// bends, the last one most (outer product of gradients: Samarov 1993; Constantine 2015). The constant part of a
+/// gradient belongs to the linear system and does not count.
 /// @param xi d x N
+SymmetricEigen active_subspace(const StaticMap& map, ConstMatrixRef xi);
+
+/// The leading one of these directions. @param xi d x N
 ActiveDirection active_direction(const StaticMap& map, ConstMatrixRef xi);
 
 /// Polynomials of one direction in place of the model's map, each refined jointly: all powers, then the

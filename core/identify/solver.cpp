@@ -1,6 +1,46 @@
 #include "core/identify/solver.hpp"
 
+#include <fmt/format.h>
+
 namespace wheelhop {
+namespace {
+
+/// A problem whose answers are counted, and refused once a number of them was given.
+class CountedProblem final : public ResidualProblem {
+ public:
+  CountedProblem(const ResidualProblem& problem, Index most) : problem_(problem), most_(most) {}
+
+  Index parameters() const override { return problem_.parameters(); }
+  Index residuals() const override { return problem_.residuals(); }
+  Box box() const override { return problem_.box(); }
+  bool residual(ConstVectorRef theta, VectorRef r) const override {
+    return count(counted.costs) && problem_.residual(theta, r);
+  }
+  bool cost(ConstVectorRef theta, double& cost) const override {
+    return count(counted.costs) && problem_.cost(theta, cost);
+  }
+  bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
+    return count(counted.linearisations) && problem_.jacobian(theta, r, J);
+  }
+  bool normal_equations(ConstVectorRef theta, double& cost, Vector& gradient, Matrix& gauss_newton) const override {
+    return count(counted.linearisations) && problem_.normal_equations(theta, cost, gradient, gauss_newton);
+  }
+
+  mutable Evaluations counted;
+  mutable bool refused = false;  ///< an answer was asked for beyond the budget
+
+ private:
+  bool count(Index& kind) const {
+    refused = counted.total() >= most_;
+    if (!refused) ++kind;
+    return !refused;
+  }
+
+  const ResidualProblem& problem_;
+  Index most_;
+};
+
+}  // namespace
 
 bool ResidualProblem::cost(ConstVectorRef theta, double& cost) const {
   Vector r(residuals());
@@ -19,6 +59,24 @@ bool ResidualProblem::normal_equations(ConstVectorRef theta, double& cost, Vecto
   gauss_newton.setZero(parameters(), parameters());
   gauss_newton.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose());
   return true;
+}
+
+Solution Solver::minimise(const ResidualProblem& problem, ConstVectorRef theta0, const Budget& budget) const {
+  if (!takes_bounds() && problem.box().lower.size() > 0) {
+    Solution refused;
+    refused.status = Status::unavailable;
+    refused.message = name() + " keeps no bounds, and this problem has some";
+    refused.theta = theta0;
+    return refused;
+  }
+  const CountedProblem counted(problem, budget.evaluations);
+  Solution solution = search(counted, theta0, budget);
+  solution.evaluations = counted.counted;
+  if (counted.refused && solution.status != Status::outside_domain) {
+    solution.status = Status::iteration_limit;
+    solution.message = fmt::format("the budget of {} evaluations is spent", budget.evaluations);
+  }
+  return solution;
 }
 
 }  // namespace wheelhop

@@ -2,6 +2,7 @@
 /// Interface between nonlinear least-squares problems and the solvers that minimise them.
 #pragma once
 
+#include <limits>
 #include <string>
 
 #include "core/base/linalg.hpp"
@@ -14,8 +15,9 @@ struct Box {
   Vector lower, upper;
 };
 
-/// Minimise 1/2 ||r(theta)||^2 over a box. Every method may answer false: theta lies outside the domain (a diverged
-/// free run), which is an answer, not an error.
+/// Minimise 1/2 ||r(theta)||^2 over a box. All that a solver may use stands here: residual, Jacobian, cost, gradient,
+/// Gauss-Newton matrix and bounds. Every method may answer false: theta lies outside the domain (a diverged free run),
+/// which is an answer, not an error.
 class ResidualProblem {
  public:
   virtual ~ResidualProblem() = default;
@@ -33,8 +35,32 @@ class ResidualProblem {
   virtual bool cost(ConstVectorRef theta, double& cost) const;
 
   /// cost, gradient J'r and Gauss-Newton matrix J'J (lower triangle). Default: by jacobian(); long records override it
-  /// to accumulate block by block, so that memory does not grow with the record.
+  /// to accumulate block by block, so that memory does not grow with the record. A solver that needs the gradient alone
+  /// asks for it here as well.
   virtual bool normal_equations(ConstVectorRef theta, double& cost, Vector& gradient, Matrix& gauss_newton) const;
+};
+
+/// How much a solver may ask of a problem. Whichever cap is reached first ends the search.
+struct Budget {
+  static constexpr Index kUnlimited = std::numeric_limits<Index>::max();
+
+  /// @param outer_iterations see `iterations`   @param most_evaluations see `evaluations`
+  Budget(Index outer_iterations, Index most_evaluations = kUnlimited)
+      : iterations(outer_iterations), evaluations(most_evaluations) {}
+
+  /// Outer iterations, >= 1: accepted steps of a trust-region or line-search method. A method that has none counts each
+  /// gradient as one, and without gradients each parameters() + 1 costs, what a difference gradient would take.
+  Index iterations;
+  /// Answers of the problem, >= 1: residuals, costs and linearisations each count as one. The currency in which solvers
+  /// of different kinds are compared.
+  Index evaluations;
+};
+
+/// Answers a problem gave, counted by Solver::minimise.
+struct Evaluations {
+  Index costs = 0;           ///< of residual() and cost()
+  Index linearisations = 0;  ///< of jacobian() and normal_equations()
+  Index total() const { return costs + linearisations; }
 };
 
 struct Solution {
@@ -44,15 +70,26 @@ struct Solution {
   double cost = 0;           ///< 1/2 ||r||^2 at theta
   double gradient_norm = 0;  ///< largest scaled gradient component inside the box, |J_i'r| / (|J_i| |r|)
   Index iterations = 0;
+  Evaluations evaluations;
 };
 
 class Solver {
  public:
   virtual ~Solver() = default;
   virtual std::string name() const = 0;
-  /// @param theta0 inside the problem's box, as every theta asked for later   @param iterations cap on outer
-  /// iterations, >= 1
-  virtual Solution minimise(const ResidualProblem& problem, ConstVectorRef theta0, Index iterations) const = 0;
+
+  /// Whether the method keeps theta inside a box. One that does not is refused by minimise() where a problem has one.
+  virtual bool takes_bounds() const { return true; }
+
+  /// The best point that the search finds within the budget.
+  /// @param theta0 inside the problem's box, as every theta asked for later
+  /// Status: unavailable if the problem has bounds and the method takes none; iteration_limit if either cap ended the
+  /// search; else what the method says. The problem's answers are counted here, never by the method.
+  Solution minimise(const ResidualProblem& problem, ConstVectorRef theta0, const Budget& budget) const;
+
+ protected:
+  /// The method itself. Once the budget's evaluations are spent, every call to `problem` answers false.
+  virtual Solution search(const ResidualProblem& problem, ConstVectorRef theta0, const Budget& budget) const = 0;
 };
 
 }  // namespace wheelhop

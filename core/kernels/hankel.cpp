@@ -1,32 +1,46 @@
 #include "core/kernels/hankel.hpp"
 
+#include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 #include "core/kernels/streamed_qr.hpp"
 
 namespace wheelhop {
 
-HankelRq hankel_rq(ConstMatrixRef u, ConstMatrixRef y, Index future, Index past) {
-  const Index m = u.rows(), p = y.rows(), N = u.cols();
-  const Index rows = 1 + m * (future + past) + p * future;
-  const Index columns = N - future - past + 1;
-  if (columns < rows) throw std::invalid_argument("hankel_rq: fewer columns than rows");
-  // The QR of the transpose: each column of the Hankel stack is one row fed to the stream. Both signals are stored one
+Matrix hankel_factor(const std::vector<HankelBlock>& blocks) {
+  Index rows = 1, columns = std::numeric_limits<Index>::max();
+  for (const HankelBlock& block : blocks) {
+    rows += block.signal.rows() * block.rows;
+    columns = std::min(columns, block.signal.cols() - block.first - block.rows + 1);
+  }
+  if (columns < rows) throw std::invalid_argument("hankel_factor: fewer columns than rows");
+  // The QR of the transpose: each column of the Hankel stack is one row fed to the stream. Signals are stored one
   // column a sample, so the stack of consecutive samples is contiguous memory.
   StreamedQr stream(rows);
   for (Index first = 0; first < columns;) {
     const Index count = std::min(stream.capacity(), columns - first);
-    MatrixRef block = stream.next(count);
+    MatrixRef filled = stream.next(count);
     for (Index k = 0; k < count; ++k) {
-      const Index t = first + k;
-      block(k, 0) = 1;
-      block.row(k).segment(1, m * future) = u.middleCols(t + past, future).reshaped().transpose();
-      block.row(k).segment(1 + m * future, m * past) = u.middleCols(t, past).reshaped().transpose();
-      block.row(k).tail(p * future) = y.middleCols(t + past, future).reshaped().transpose();
+      filled(k, 0) = 1;
+      Index at = 1;
+      for (const HankelBlock& block : blocks) {
+        const Index width = block.signal.rows() * block.rows;
+        filled.row(k).segment(at, width) =
+            block.signal.middleCols(first + k + block.first, block.rows).reshaped().transpose();
+        at += width;
+      }
     }
     first += count;
   }
-  return {stream.finish().transpose(), future, past, m, p, columns};
+  return stream.finish().transpose();
+}
+
+HankelRq hankel_rq(ConstMatrixRef u, ConstMatrixRef y, Index future, Index past, bool past_outputs) {
+  std::vector<HankelBlock> blocks = {{u, past, future}, {u, 0, past}};
+  if (past_outputs) blocks.push_back({y, 0, past});
+  blocks.push_back({y, past, future});
+  return {hankel_factor(blocks), future, past, u.rows(), y.rows(), past_outputs, u.cols() - future - past + 1};
 }
 
 Index persistency_of_excitation(ConstMatrixRef u, Index limit, double tolerance) {

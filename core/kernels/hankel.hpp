@@ -2,25 +2,52 @@
 /// The RQ factorisation of the paper's eq. (11) on block-Hankel matrices, streamed over the record.
 #pragma once
 
+#include <vector>
+
 #include "core/base/linalg.hpp"
 
 namespace wheelhop {
 
-/// Lower-triangular factor of  [1; U_future; U_past; Y_future]  (rows), eq. (11) with the constant row of Remark 1.
+/// Block rows of a block-Hankel matrix: column k holds samples k + first .. k + first + rows - 1 of a signal.
+struct HankelBlock {
+  ConstMatrixRef signal;  ///< r x N, borrowed for the call
+  Index first, rows;
+};
+
+/// Lower-triangular factor R of the stack [1; blocks] = R Q, Q with orthonormal rows, diagonal non-negative.
+/// @param blocks at least one; as many columns are used as all of them have
+/// Memory O(L^2) for L = 1 + sum of r rows, cost O(N L^2). Throws std::invalid_argument if there are fewer columns than
+/// L.
+Matrix hankel_factor(const std::vector<HankelBlock>& blocks);
+
+/// Lower-triangular factor of  [1; U_future; U_past; Y_past; Y_future],  eq. (11) with the constant row of Remark 1.
+/// The paper's instruments are past inputs alone: Y_past is left out unless asked for.
 struct HankelRq {
-  Matrix R;          ///< L x L lower triangular, L = 1 + m s + m s_past + p s
+  Matrix R;          ///< L x L lower triangular, L = known() + instruments() + p s
   Index future = 0;  ///< s, block rows of the future
   Index past = 0;    ///< s_past
   Index m = 0, p = 0;
+  bool past_outputs = false;
   Index columns = 0;  ///< samples that entered
 
-  Matrix R22() const { return R.block(1 + m * future, 1 + m * future, m * past, m * past); }
-  Matrix R32() const { return R.block(1 + m * (future + past), 1 + m * future, p * future, m * past); }
+  Index known() const { return 1 + m * future; }                              ///< rows of [1; U_future]
+  Index instruments() const { return (past_outputs ? m + p : m) * past; }     ///< rows of [U_past; Y_past]
+  Index outputs() const { return p * future; }                                ///< rows of Y_future
+  Matrix R22() const { return block(known(), known(), m * past, m * past); }  ///< U_past beyond [1; U_future]
+  /// The instruments beyond [1; U_future], square.
+  Matrix Rww() const { return block(known(), known(), instruments(), instruments()); }
+  /// Y_future along the instruments.
+  Matrix R32() const { return block(known() + instruments(), known(), outputs(), instruments()); }
+  /// Y_future beyond everything else, square.
+  Matrix R33() const { return block(known() + instruments(), known() + instruments(), outputs(), outputs()); }
+
+ private:
+  Matrix block(Index row, Index column, Index rows, Index count) const { return R.block(row, column, rows, count); }
 };
 
-/// @param u m x N   @param y p x N   @param future s   @param past s_past; N >= 2 (future + past) rows' worth of
-/// samples Memory O(L^2), cost O(N L^2). Throws std::invalid_argument if N < future + past + L.
-HankelRq hankel_rq(ConstMatrixRef u, ConstMatrixRef y, Index future, Index past);
+/// @param u m x N   @param y p x N   @param future s   @param past s_past   @param past_outputs Y_past among the rows
+/// Memory and cost as hankel_factor(). Throws std::invalid_argument if N < future + past - 1 + L.
+HankelRq hankel_rq(ConstMatrixRef u, ConstMatrixRef y, Index future, Index past, bool past_outputs = false);
 
 /// Order of persistency of excitation of u: the largest s <= `limit` for which the block-Hankel matrix of s block rows
 /// has full row rank relative to `tolerance` (smallest over largest singular value). A constant input has order 1 (0

@@ -1,47 +1,6 @@
 #include "core/model/nonlinear.hpp"
 
-#include <stdexcept>
-
 namespace wheelhop {
-
-Vector StaticMap::theta() const {
-  Vector all(parameters());
-  all << alpha, W.reshaped(), b;
-  return all;
-}
-
-void StaticMap::set_theta(ConstVectorRef theta) {
-  if (theta.size() != parameters()) throw std::invalid_argument("StaticMap::set_theta: wrong number of parameters");
-  alpha = theta.head(alpha.size());
-  W.reshaped() = theta.segment(alpha.size(), W.size());
-  b = theta.tail(b.size());
-}
-
-Matrix StaticMap::basis_of(ConstMatrixRef xi) const {
-  Matrix phi(features(), xi.cols());
-  for (Index k = 0; k < xi.cols(); ++k) basis(xi.col(k).data(), phi.col(k).data());
-  return phi.transpose();
-}
-
-Matrix StaticMap::alpha_slopes(ConstMatrixRef xi, ConstMatrixRef phi, ConstVectorRef w) const {
-  Matrix slopes_of_point(inner_parameters(), xi.cols());
-  Vector here(features()), weights = w, dxi(inputs());
-  for (Index k = 0; k < xi.cols(); ++k) {
-    here = phi.row(k);
-    slopes(xi.col(k).data(), here.data(), weights.data(), dxi.data(), slopes_of_point.col(k).data());
-  }
-  return slopes_of_point.transpose();
-}
-
-void StaticMap::value(const double* xi, double* f, double* phi_scratch) const {
-  basis(xi, phi_scratch);
-  for (Index i = 0; i < outputs(); ++i) {
-    double sum = b(i);
-    for (Index j = 0; j < features(); ++j) sum += W(i, j) * phi_scratch[j];
-    for (Index j = 0; j < inputs_; ++j) sum += L(i, j) * xi[j];
-    f[i] = sum;
-  }
-}
 
 FreeRun free_run(const NonlinearModel& model, ConstMatrixRef u, ConstVectorRef x0) {
   const Index n = model.order(), m = u.rows(), samples = u.cols(), q = model.auxiliary_count();

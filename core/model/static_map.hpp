@@ -26,8 +26,9 @@ class StaticMap {
   Index inner_parameters() const { return alpha.size(); }  ///< number of alpha
   Index parameters() const { return alpha.size() + W.size() + b.size(); }
 
-  /// Draws a fresh alpha. The inputs xi are expected centred near zero with unit variance.
-  virtual void initialise(Random& random) = 0;
+  /// Draws a fresh alpha for a fit of f at the points xi.
+  /// @param xi d x N, centred near zero with unit variance   @param f q x N   N >= 1
+  virtual void initialise(ConstMatrixRef xi, ConstMatrixRef f, Random& random) = 0;
 
   /// 1 / variance of a prior on theta() around zero, for a map of unit-variance inputs and outputs; 0: none.
   virtual Vector precision() const { return Vector::Zero(parameters()); }
@@ -48,8 +49,10 @@ class StaticMap {
   /// d(w'phi)/dalpha of many points, N x (number of alpha). @param phi N x h, basis_of(xi)   @param w h
   virtual Matrix alpha_slopes(ConstMatrixRef xi, ConstMatrixRef phi, ConstVectorRef w) const;
 
-  /// Options and parameters as they stand in a model file.
-  virtual Json to_json() const = 0;
+  /// `{"name", "options", "alpha", "W", "b", "L"}`, as a map stands in a model file.
+  Json to_json() const;
+  /// alpha, W, b and L of such an object, exactly as to_json() wrote them. UserError where they do not fit the map.
+  void read_parameters(const JsonCursor& cursor);
 
   Vector theta() const;
   void set_theta(ConstVectorRef theta);
@@ -62,6 +65,9 @@ class StaticMap {
   Matrix L;      ///< q x d, fixed linear part
 
  protected:
+  /// The effective options the map was made with, as read by its family's table.
+  virtual Json options() const = 0;
+
   StaticMap(Index inputs, Index outputs, Index features, Index inner)
       : alpha(Vector::Zero(inner)),
         W(Matrix::Zero(outputs, features)),

@@ -35,7 +35,7 @@ ModelFile sample_model(bool with_map = true) {
   if (with_map) {
     Json choice = {{"name", "mlp"}, {"hidden_units", 4}};
     auto map = make_from(nonlinearity_table(), JsonCursor::from(choice, "choice")).piece(kOrder + kInputs, kMaps);
-    map->initialise(random);
+    map->initialise(random.normal(kOrder + kInputs, 50), random.normal(kMaps, 50), random);
     map->W = random.normal(map->W.rows(), map->W.cols());
     map->b = random.normal(kMaps, 1);
     map->L = 0.1 * random.normal(kMaps, kOrder + kInputs);

@@ -209,7 +209,7 @@ TEST_CASE("static maps: the Jacobians equal central differences, and a clone is 
   for (const MapFactory& make : pieces_of(nonlinearity_table()))
     for (const Index d : {1, 4}) {
       const auto map = make(d, 2);
-      map->initialise(random);
+      start_anywhere(*map, random);
       const Index h = map->features(), inner = map->inner_parameters();
       map->W = random.normal(2, h);
       map->b = random.normal(2, 1);

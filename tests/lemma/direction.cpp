@@ -148,7 +148,7 @@ TEST_CASE("the gradient of the static map's variable projection is that of its c
   for (const Index q : {1, 2}) {
     const Matrix xi = random.normal(3, 150), f = random.normal(q, 150);
     const auto map = make_mlp(3, q, {.hidden_units = 2});
-    map->initialise(random);
+    start_anywhere(*map, random);
     const auto problem = map_problem(*map, xi, f);
     REQUIRE(problem->parameters() == 8);
     check_gradient(*problem, map->alpha);

@@ -19,7 +19,7 @@ class CubicMap final : public StaticMap {
   CubicMap(Index inputs, Index outputs) : StaticMap(inputs, outputs, inputs + 1, 0) {}
   std::unique_ptr<StaticMap> clone() const override { return std::make_unique<CubicMap>(*this); }
   std::string name() const override { return "cubic"; }
-  void initialise(Random&) override {}
+  void initialise(ConstMatrixRef, ConstMatrixRef, Random&) override {}
   void basis(const double* xi, double* phi) const override {
     std::copy(xi, xi + inputs(), phi);
     phi[inputs()] = xi[0] * xi[0] * xi[0];
@@ -28,7 +28,9 @@ class CubicMap final : public StaticMap {
     std::copy(w, w + inputs(), dxi);
     dxi[0] += 3 * w[inputs()] * xi[0] * xi[0];
   }
-  Json to_json() const override { return {{"name", name()}}; }
+
+ private:
+  Json options() const override { return Json::object(); }
 };
 
 struct Case {

@@ -28,6 +28,12 @@ inline LinearModel random_linear(Index n, Index m, Index p, double radius, Rando
   return model;
 }
 
+/// A fresh alpha for points of unit variance and no target in particular.
+inline void start_anywhere(StaticMap& map, Random& random) {
+  Random points = numbers(900);
+  map.initialise(points.normal(map.inputs(), 400), points.normal(map.outputs(), 400), random);
+}
+
 /// Every block of the model class filled, the map an MLP of three units, of moderate gain so that free runs stay small.
 inline NonlinearModel random_nonlinear(Index n, Index m, Index p, Index q, Random& random) {
   NonlinearModel model;
@@ -36,7 +42,7 @@ inline NonlinearModel random_nonlinear(Index n, Index m, Index p, Index q, Rando
   model.Bt = 0.3 * random.normal(n, q);
   model.Dt = 0.3 * random.normal(p, q);
   std::shared_ptr<StaticMap> map = make_mlp(n + m, q, {.hidden_units = 3});
-  map->initialise(random);
+  start_anywhere(*map, random);
   map->W = 0.3 * random.normal(q, map->features());
   map->b = 0.3 * random.normal(q, 1);
   map->L = 0.1 * random.normal(q, n + m);

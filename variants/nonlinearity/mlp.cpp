@@ -24,7 +24,7 @@ class Mlp final : public StaticMap {
   std::unique_ptr<StaticMap> clone() const override { return std::make_unique<Mlp>(*this); }
   std::string name() const override { return "mlp"; }
 
-  void initialise(Random& random) override {
+  void initialise(ConstMatrixRef /*xi*/, ConstMatrixRef /*f*/, Random& random) override {
     // Weights of modulus ~1 bend within the data's unit variance; offsets of +-1.5 spread the bends over the range.
     const Index d = inputs();
     for (Index i = 0; i < features(); ++i) {
@@ -89,16 +89,9 @@ class Mlp final : public StaticMap {
     return slopes;
   }
 
-  Json to_json() const override {
-    return {{"name", name()},
-            {"options", write_options(options_)},
-            {"alpha", std::vector<double>(alpha.begin(), alpha.end())},
-            {"W", wheelhop::to_json(W)},
-            {"b", std::vector<double>(b.begin(), b.end())},
-            {"L", wheelhop::to_json(L)}};
-  }
-
  private:
+  Json options() const override { return write_options(options_); }
+
   MlpOptions options_;
 };
 

@@ -20,7 +20,7 @@ class RidgePolynomial final : public StaticMap {
   std::unique_ptr<StaticMap> clone() const override { return std::make_unique<RidgePolynomial>(*this); }
   std::string name() const override { return "ridge_polynomial"; }
 
-  void initialise(Random& random) override {
+  void initialise(ConstMatrixRef /*xi*/, ConstMatrixRef /*f*/, Random& random) override {
     // Points of unit variance reach three standard deviations along a direction of length 1.
     for (Index j = 0; j < inputs(); ++j) alpha(j) = random.normal();
     alpha /= 3 * std::max(alpha.norm(), 1e-9);
@@ -46,16 +46,9 @@ class RidgePolynomial final : public StaticMap {
     }
   }
 
-  Json to_json() const override {
-    return {{"name", name()},
-            {"options", write_options(options_)},
-            {"alpha", std::vector<double>(alpha.begin(), alpha.end())},
-            {"W", wheelhop::to_json(W)},
-            {"b", std::vector<double>(b.begin(), b.end())},
-            {"L", wheelhop::to_json(L)}};
-  }
-
  private:
+  Json options() const override { return write_options(options_); }
+
   double along(const double* xi) const {
     double sum = 0;
     for (Index j = 0; j < inputs(); ++j) sum += alpha(j) * xi[j];

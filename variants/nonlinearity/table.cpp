@@ -1,8 +1,9 @@
-#include <fmt/format.h>
-
-#include "variants/nonlinearity/mlp.hpp"
-#include "variants/nonlinearity/ridge_polynomial.hpp"
 #include "variants/table.hpp"
+#include "variants/extra.hpp"
+#include "variants/nonlinearity/mlp.hpp"
+#include "variants/nonlinearity/polynomial.hpp"
+#include "variants/nonlinearity/rbf.hpp"
+#include "variants/nonlinearity/ridge_polynomial.hpp"
 
 namespace wheelhop {
 namespace {
@@ -13,29 +14,24 @@ MapFactory factory(const Options& options) {
   return [options](Index inputs, Index outputs) { return make_map(inputs, outputs, options); };
 }
 
-Vector vector_of(const JsonCursor& cursor, Index size) {
-  const std::vector<double> values = cursor.numbers();
-  if (static_cast<Index>(values.size()) != size)
-    cursor.fail(fmt::format("{} numbers, as the options, the order and the channels ask for", size));
-  return Eigen::Map<const Vector>(values.data(), size);
-}
-
-Matrix matrix_of(const JsonCursor& cursor, Index rows, Index columns) {
-  Matrix values = matrix_from_json(cursor);
-  if (values.rows() != rows || values.cols() != columns) cursor.fail(fmt::format("a matrix of {} x {}", rows, columns));
-  return values;
-}
-
 }  // namespace
 
 const std::vector<Entry<MapFactory>>& nonlinearity_table() {
-  static const std::vector<Entry<MapFactory>> table = {
-      table_entry<MapFactory, MlpOptions, factory<MlpOptions, make_mlp>>(
-          "mlp", "feed-forward sigmoidal network of Sec. 2.6; Sjoberg & Viberg 1997",
-          "one hidden layer of tanh units, linear output"),
-      table_entry<MapFactory, RidgePolynomialOptions, factory<RidgePolynomialOptions, make_ridge_polynomial>>(
-          "ridge_polynomial", "ridge function of projection pursuit: Friedman & Stuetzle 1981",
-          "polynomial of one direction; the refinement tries it in place of any other map")};
+  static const std::vector<Entry<MapFactory>> table = with_extra(
+      {table_entry<MapFactory, MlpOptions, factory<MlpOptions, make_mlp>>(
+           "mlp", "feed-forward sigmoidal network of Sec. 2.6; Sjoberg & Viberg 1997",
+           "one hidden layer of tanh units, linear output"),
+       table_entry<MapFactory, RidgePolynomialOptions, factory<RidgePolynomialOptions, make_ridge_polynomial>>(
+           "ridge_polynomial", "ridge function of projection pursuit: Friedman & Stuetzle 1981",
+           "polynomial of one direction; the refinement tries it in place of any other map"),
+       table_entry<MapFactory, RbfOptions, factory<RbfOptions, make_rbf>>(
+           "rbf", "Broomhead & Lowe 1988; k-means: MacQueen 1967",
+           "Gaussian units of learned directions; flat beyond the training record"),
+       table_entry<MapFactory, PolynomialOptions, factory<PolynomialOptions, make_polynomial>>(
+           "polynomial", "PNLSS: Paduart et al. 2010",
+           "full multivariate polynomial of a total degree; linear in its weights, grows fast beyond the training "
+           "record")},
+      extra_pieces().nonlinearity);
   return table;
 }
 
@@ -47,10 +43,7 @@ std::unique_ptr<StaticMap> restore_map(const JsonCursor& cursor, Index inputs, I
   options["name"] = entry.name;
   std::unique_ptr<StaticMap> map =
       entry.make(JsonCursor::from(std::move(options), cursor.where() + ".options")).piece(inputs, outputs);
-  map->alpha = vector_of(cursor.at("alpha"), map->inner_parameters());
-  map->W = matrix_of(cursor.at("W"), map->W.rows(), map->W.cols());
-  map->L = matrix_of(cursor.at("L"), map->L.rows(), map->L.cols());
-  map->b = vector_of(cursor.at("b"), outputs);
+  map->read_parameters(cursor);
   cursor.done();
   return map;
 }

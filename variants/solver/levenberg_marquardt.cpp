@@ -12,7 +12,9 @@ class LevenbergMarquardt final : public Solver {
   explicit LevenbergMarquardt(const LevenbergMarquardtOptions& options) : options_(options) {}
   std::string name() const override { return "levenberg_marquardt"; }
 
-  Solution minimise(const ResidualProblem& problem, ConstVectorRef theta0, Index iterations) const override {
+ protected:
+  Solution search(const ResidualProblem& problem, ConstVectorRef theta0, const Budget& budget) const override {
+    const Index iterations = budget.iterations;
     Solution best;
     best.theta = theta0;
     Vector gradient;

@@ -14,7 +14,9 @@ class SecantLevenbergMarquardt final : public Solver {
   explicit SecantLevenbergMarquardt(const SecantLevenbergMarquardtOptions& options) : options_(options) {}
   std::string name() const override { return "secant_levenberg_marquardt"; }
 
-  Solution minimise(const ResidualProblem& problem, ConstVectorRef theta0, Index iterations) const override {
+ protected:
+  Solution search(const ResidualProblem& problem, ConstVectorRef theta0, const Budget& budget) const override {
+    const Index iterations = budget.iterations;
     Solution best;
     best.theta = theta0;
     Search search(problem, best.theta);

@@ -1,0 +1,99 @@
+#include "core/identify/hankel_estimator.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/identify/input_matrices.hpp"
+#include "core/identify/realisation.hpp"
+
+namespace wheelhop {
+
+Index used_directions(ConstVectorRef directions, double tolerance) {
+  if (directions.size() == 0 || !(directions(0) > 0)) return 0;
+  return (directions.array() >= tolerance * directions(0)).count();
+}
+
+HankelEstimator::HankelEstimator(HankelOptions options, bool past_outputs)
+    : options_(options), past_outputs_(past_outputs) {
+  if (options_.past_block_rows == 0) options_.past_block_rows = options_.block_rows;
+}
+
+RecordNeeds HankelEstimator::needs(Index inputs, Index outputs) const {
+  const Index s = options_.block_rows, past = options_.past_block_rows;
+  const Index rows = 1 + inputs * (s + past) + outputs * (past_outputs_ ? s + past : s);
+  return {rows + s + past - 1, s + past, fmt::format("{} + {} block rows", s, past)};
+}
+
+LinearEstimate HankelEstimator::identify(ConstMatrixRef u, ConstMatrixRef y, Index order) const {
+  const Index s = options_.block_rows, past = options_.past_block_rows, m = u.rows(), p = y.rows();
+  LinearEstimate estimate;
+  estimate.order_given = order;
+  if (!all_finite(u) || !all_finite(y)) {
+    estimate.status = Status::not_finite;
+    estimate.message = "the record holds numbers that are not finite";
+    return estimate;
+  }
+  estimate.status = Status::rank_deficient;
+  if (order >= s || order > m * past) {
+    estimate.message =
+        fmt::format("order {} needs block_rows above it and at least as many past inputs (s = {})", order, s);
+    return estimate;
+  }
+  if (const RecordNeeds least = needs(m, p); u.cols() < least.samples) {
+    estimate.message =
+        fmt::format("{} samples are too few for {}: {} are needed", u.cols(), least.because, least.samples);
+    return estimate;
+  }
+  const HankelRq rq = hankel_rq(u, y, s, past, past_outputs_);  // eq. (11), constant row of Remark 1
+  const ColumnSpace space = column_space(rq);
+  const Svd& weighted = space.weighted;
+  estimate.singular_values = weighted.s;
+  estimate.instruments = space.instruments;
+  estimate.instrument_condition = space.instrument_condition;
+  const OrderChoice choice = order_from_gap(weighted.s, std::min(options_.max_order, s - 1));
+  estimate.order_used = order > 0 ? order : choice.order;
+  const Index n = estimate.order_used;
+  if (n == 0 || n >= weighted.s.size() || !(weighted.s(n - 1) > 1e-10 * weighted.s(0))) {
+    estimate.message = fmt::format("the record does not carry order {}: the instruments explain {} directions", n,
+                                   (weighted.s.array() > 1e-10 * weighted.s(0)).count());
+    return estimate;
+  }
+  // Past inputs that the future inputs determine to round-off (a constant, a few sines) instrument nothing: R32 is
+  // then what noise and round-off make of it, whatever its singular values look like.
+  const double input_size = rq.R.topLeftCorner(1 + m * (s + past), 1 + m * (s + past)).norm();
+  const Index exciting = (svd(rq.R22()).s.array() > 1e-12 * input_size).count();
+  if (exciting < n) {
+    estimate.message =
+        fmt::format("the input excites {} directions beyond {} block rows, order {} needs {}", exciting, s, n, n);
+    return estimate;
+  }
+  estimate.gap = weighted.s(n - 1) / weighted.s(n);
+  Matrix gamma = weighted.U.leftCols(n) * weighted.s.head(n).cwiseSqrt().asDiagonal();
+  if (space.unweight.size() > 0) gamma = space.unweight * gamma;
+  recover(rq, gamma, u, y, estimate);
+  estimate.spectral_radius = spectral_radius(estimate.model.A);
+  const LinearModel& model = estimate.model;
+  const bool finite = all_finite(model.A) && all_finite(model.B) && all_finite(model.C) && all_finite(model.D) &&
+                      all_finite(estimate.x0);
+  estimate.status = finite ? Status::ok : Status::not_finite;
+  if (!finite) estimate.message = "the estimated matrices are not finite";
+  return estimate;
+}
+
+ColumnSpace HankelEstimator::column_space(const HankelRq& rq) const {
+  const Vector directions = svd(rq.Rww()).s;
+  return {svd(rq.R32()), {}, directions.size(), directions(0) / directions(directions.size() - 1)};
+}
+
+void HankelEstimator::recover(const HankelRq& rq, ConstMatrixRef gamma, ConstMatrixRef u, ConstMatrixRef y,
+                              LinearEstimate& estimate) const {
+  const ObservabilityPair pair = shift_invariance(gamma, rq.p);
+  estimate.stabilised = pair.stabilised;
+  const InputMatrices rest = estimate_input_matrices(pair.A, pair.C, u, y, rq.m);
+  estimate.model = rest.model;
+  estimate.x0 = rest.x0;
+  estimate.condition = rest.condition;
+}
+
+}  // namespace wheelhop
