@@ -9,4 +9,8 @@ wheelhop_tests(identify wheelhop_variants
   lemma/sensitivities.cpp
   lemma/prior.cpp
   lemma/ridge.cpp
+  lemma/subspace_methods.cpp
+  lemma/inversion_methods.cpp
+  lemma/map_families.cpp
+  lemma/solver_budget.cpp
   conformance/pieces.cpp)

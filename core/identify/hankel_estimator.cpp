@@ -46,6 +46,14 @@ LinearEstimate HankelEstimator::identify(ConstMatrixRef u, ConstMatrixRef y, Ind
     return estimate;
   }
   const HankelRq rq = hankel_rq(u, y, s, past, past_outputs_);  // eq. (11), constant row of Remark 1
+  // Past inputs that the future inputs determine to round-off (a constant, a few sines) instrument nothing: R32 is
+  // then what noise and round-off make of it, whatever its singular values look like.
+  const double input_size = rq.R.topLeftCorner(1 + m * (s + past), 1 + m * (s + past)).norm();
+  const Index exciting = (svd(rq.R22()).s.array() > 1e-12 * input_size).count();
+  if (exciting == 0) {
+    estimate.message = fmt::format("the input excites nothing beyond {} block rows", s);
+    return estimate;
+  }
   const ColumnSpace space = column_space(rq);
   const Svd& weighted = space.weighted;
   estimate.singular_values = weighted.s;
@@ -59,10 +67,6 @@ LinearEstimate HankelEstimator::identify(ConstMatrixRef u, ConstMatrixRef y, Ind
                                    (weighted.s.array() > 1e-10 * weighted.s(0)).count());
     return estimate;
   }
-  // Past inputs that the future inputs determine to round-off (a constant, a few sines) instrument nothing: R32 is
-  // then what noise and round-off make of it, whatever its singular values look like.
-  const double input_size = rq.R.topLeftCorner(1 + m * (s + past), 1 + m * (s + past)).norm();
-  const Index exciting = (svd(rq.R22()).s.array() > 1e-12 * input_size).count();
   if (exciting < n) {
     estimate.message =
         fmt::format("the input excites {} directions beyond {} block rows, order {} needs {}", exciting, s, n, n);

@@ -33,7 +33,7 @@ struct ColumnSpace {
 
 /// @param directions descending singular values of the instruments beyond [1; U_future]
 /// @param tolerance those below it times the first are not used
-/// @return how many are used, at least 1 if any is positive
+/// @return how many are used: at least 1 if any is positive
 Index used_directions(ConstVectorRef directions, double tolerance);
 
 class HankelEstimator : public SubspaceEstimator {

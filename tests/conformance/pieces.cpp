@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/identify/bounded_step.hpp"
+#include "tests/support/pieces.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/inversion/sdi.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
@@ -17,22 +18,19 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// Every piece of a family that this build has, with default options.
+/// The pieces alone, with default options.
 template <class Piece>
-std::vector<Piece> pieces_of(const std::vector<Entry<Piece>>& table) {
+std::vector<Piece> all_of(const std::vector<Entry<Piece>>& table) {
   std::vector<Piece> all;
-  for (const Entry<Piece>& entry : table)
-    if (entry.unavailable().empty())
-      all.push_back(entry.make(JsonCursor::from(Json{{"name", entry.name}}, "test.json")).piece);
-  REQUIRE_FALSE(all.empty());
+  for (const Named<Piece>& named : pieces_of(table)) all.push_back(named.piece);
   return all;
 }
 
-std::vector<SubspacePiece> estimators() { return pieces_of(subspace_table()); }
+std::vector<SubspacePiece> estimators() { return all_of(subspace_table()); }
 
 /// Every reconstructor, and the one of the paper with each of its read-outs.
 std::vector<InversionPiece> reconstructors() {
-  std::vector<InversionPiece> all = pieces_of(inversion_table());
+  std::vector<InversionPiece> all = all_of(inversion_table());
   for (const char* read_out : {"predictor", "filtered", "fixed_lag", "smoothed"})
     all.push_back(make_sdi({.read_out = read_out}));
   return all;
@@ -206,7 +204,7 @@ TEST_CASE("input reconstructors: the same residual gives the same bits, and NaN 
 
 TEST_CASE("static maps: the Jacobians equal central differences, and a clone is independent") {
   Random random = numbers(95);
-  for (const MapFactory& make : pieces_of(nonlinearity_table()))
+  for (const MapFactory& make : all_of(nonlinearity_table()))
     for (const Index d : {1, 4}) {
       const auto map = make(d, 2);
       start_anywhere(*map, random);
@@ -258,7 +256,7 @@ TEST_CASE("static maps: the Jacobians equal central differences, and a clone is 
 }
 
 TEST_CASE("solvers: Rosenbrock's valley is followed to its end, the same way each time") {
-  for (const SolverPiece& solver : pieces_of(solver_table())) {
+  for (const SolverPiece& solver : all_of(solver_table())) {
     const Solution found = solver->minimise(Rosenbrock{}, kValleyStart, 200),
                    again = solver->minimise(Rosenbrock{}, kValleyStart, 200);
     CHECK(found.status == Status::ok);
@@ -278,7 +276,7 @@ TEST_CASE("solvers: in a box they find the minimum there, on its faces and corne
     if (trial % 3 == 0) box.lower(2) = -std::numeric_limits<double>::infinity();
     check_minimum(A, b, bounded_least_squares(A, b, box), box);
     const Vector start = trial % 2 == 0 ? Vector(Vector::Zero(5)) : box.upper;
-    for (const SolverPiece& solver : pieces_of(solver_table())) {
+    for (const SolverPiece& solver : all_of(solver_table())) {
       CAPTURE(solver->name(), trial);
       const Solution found = solver->minimise(LinearResidual(A, b, box), start, 200);
       CAPTURE(found.message, found.iterations);
@@ -287,7 +285,7 @@ TEST_CASE("solvers: in a box they find the minimum there, on its faces and corne
   }
   Rosenbrock valley;
   valley.box_of_theta = {Vector::Constant(2, -2), (Vector(2) << 0.5, 2).finished()};
-  for (const SolverPiece& solver : pieces_of(solver_table())) {
+  for (const SolverPiece& solver : all_of(solver_table())) {
     const Solution found = solver->minimise(valley, kValleyStart, 200);
     CHECK(found.status == Status::ok);
     CHECK(found.theta(0) == 0.5);
@@ -314,7 +312,7 @@ TEST_CASE("Levenberg-Marquardt: without damping one step solves a linear problem
 }
 
 TEST_CASE("solvers: the cap on iterations holds, is reported, and the cost never rises") {
-  for (const SolverPiece& solver : pieces_of(solver_table())) {
+  for (const SolverPiece& solver : all_of(solver_table())) {
     double previous = std::numeric_limits<double>::infinity();
     for (const Index cap : {1, 2, 4, 8}) {
       const Solution stopped = solver->minimise(Rosenbrock{}, kValleyStart, cap);
@@ -328,7 +326,7 @@ TEST_CASE("solvers: the cap on iterations holds, is reported, and the cost never
 }
 
 TEST_CASE("solvers: from a point without derivatives they turn back and go on by shorter steps") {
-  for (const SolverPiece& solver : pieces_of(solver_table()))
+  for (const SolverPiece& solver : all_of(solver_table()))
     for (const double edge : {-0.02, -0.1, -0.5})
       for (const double start : {1.0, 1.2, 1.3, 1.35}) {
         CAPTURE(solver->name(), edge, start);
@@ -340,15 +338,17 @@ TEST_CASE("solvers: from a point without derivatives they turn back and go on by
 }
 
 TEST_CASE("solvers: a start outside the domain is said so and returned, a domain's edge is not crossed") {
-  for (const SolverPiece& solver : pieces_of(solver_table())) {
+  for (const SolverPiece& solver : all_of(solver_table())) {
     Rosenbrock walled;
     walled.limit = -2;
+    CAPTURE(solver->name());
     const Solution refused = solver->minimise(walled, kValleyStart, 50);
     CHECK(refused.status == Status::outside_domain);
     CHECK_FALSE(refused.message.empty());
     CHECK(same_bits(refused.theta, kValleyStart));
     walled.limit = 0.5;  // the minimum lies beyond
     const Solution held = solver->minimise(walled, kValleyStart, 200);
+    CAPTURE(held.message, held.iterations, held.evaluations.total(), held.theta(0), held.theta(1));
     CHECK(held.theta(0) < 0.5);
     CHECK(held.cost < 0.5 * 0.6 * 0.6);
     const Solution undefined = solver->minimise(Rosenbrock{}, Vector::Constant(2, kNaN), 50);

@@ -50,7 +50,7 @@ class HouPatton final : public InputReconstructor {
     const Matrix R = qr.matrixQR().topRows(q).triangularView<Eigen::Upper>();
     const Matrix G = solve(R, Q.leftCols(q).transpose());  // of the whitened outputs
     const Matrix inner = A - Bt * G * out.C, into = Bt * G;
-    Matrix gain = Matrix::Zero(A.rows(), p);  // L N
+    Matrix gain = Matrix::Zero(A.rows(), p), update = gain;  // L N, M N
     result.spectral_radius = spectral_radius(inner);
     if (p > q) {
       const KalmanFilter filter =
@@ -60,6 +60,7 @@ class HouPatton final : public InputReconstructor {
       result.message = fmt::format("existence condition 2 (a zero on or outside the unit circle): {}", filter.message);
       if (filter.status != Status::ok) return result;
       gain = filter.K * N;
+      update = filter.P * (N * out.C).transpose() * filter.S_inverse * N;
     } else if (!(result.spectral_radius < 1)) {
       result.status = Status::not_stabilisable;
       result.message =
@@ -67,7 +68,8 @@ class HouPatton final : public InputReconstructor {
                       result.spectral_radius);
       return result;
     }
-    result.f = run(inner - gain * out.C, into + gain, G, out, samples);
+    const Matrix GC = G * out.C;
+    result.f = run(inner - gain * out.C, into + gain, GC - GC * update * out.C, G - GC * update, out, samples);
     result.delay = out.late;
     result.first = out.late;
     result.last = samples;
@@ -82,12 +84,14 @@ class HouPatton final : public InputReconstructor {
     return (svd(out.D).s.array() > options_.rank_tolerance * size).count();
   }
 
-  static Matrix run(const Matrix& closed, const Matrix& into, const Matrix& G, const Whitened& out, Index samples) {
-    Matrix f = Matrix::Zero(G.rows(), samples);
+  /// x_(k+1) = closed x + into z,  f = by_z z - by_x x.
+  static Matrix run(const Matrix& closed, const Matrix& into, const Matrix& by_x, const Matrix& by_z,
+                    const Whitened& out, Index samples) {
+    Matrix f = Matrix::Zero(by_z.rows(), samples);
     Vector x = Vector::Zero(closed.rows()), next(x.size());
-    const Matrix GC = G * out.C, Gz = G * out.z, driven = into * out.z;
+    const Matrix direct = by_z * out.z, driven = into * out.z;
     for (Index k = 0; k < out.z.cols(); ++k) {
-      f.col(k + out.late) = Gz.col(k) - GC * x;
+      f.col(k + out.late) = direct.col(k) - by_x * x;
       next.noalias() = closed * x;
       x = next + driven.col(k);
     }

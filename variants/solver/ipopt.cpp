@@ -15,9 +15,12 @@ namespace wheelhop {
 namespace {
 
 constexpr double kUnbounded = 2e19;  // beyond Ipopt's own 1e19
+// Of the diagonal, which is 1 at the start in scaled parameters: from steps that hardly differ to a thousandth of them.
+constexpr double kFirstHessianDamping = 0.01, kMostHessianDamping = 1000;
+constexpr double kWholeStep = 0.1;   // share of a step that says it was not cut short
 constexpr double kNearBound = 1e-6;  // in scaled parameters: an interior point ends this near where a bound holds it
 
-/// The problem as Ipopt asks for it. One linearisation answers for gradient and Hessian at a point.
+/// The problem as Ipopt asks for it. One linearisation answers for value, gradient and Hessian at a point.
 class Asked final : public Ipopt::TNLP {
  public:
   using Number = Ipopt::Number;
@@ -40,11 +43,18 @@ class Asked final : public Ipopt::TNLP {
     }
     return true;
   }
-  bool get_starting_point(Int n, bool, Number* x, bool, Number*, Number*, Int, bool, Number*) override {
-    std::fill(x, x + n, 0.0);
+  bool get_starting_point(Int, bool, Number* x, bool, Number*, Number*, Int, bool, Number*) override {
+    const Vector z = problem_.best();
+    std::copy(z.begin(), z.end(), x);
     return true;
   }
-  bool eval_f(Int n, const Number* x, bool, Number& value) override { return problem_.value(point(x, n), value); }
+  /// With the derivatives: nearly every point that Ipopt tries it keeps, and one without them is no place to go on
+  /// from.
+  bool eval_f(Int n, const Number* x, bool, Number& value) override {
+    if (!linearise(x, n)) return false;
+    value = value_;
+    return true;
+  }
   bool eval_grad_f(Int n, const Number* x, bool, Number* slopes) override {
     if (!linearise(x, n)) return false;
     std::copy(gradient_.begin(), gradient_.end(), slopes);
@@ -58,7 +68,7 @@ class Asked final : public Ipopt::TNLP {
     for (Int j = 0, k = 0; j < n; ++j)
       for (Int i = j; i < n; ++i, ++k) {
         if (values != nullptr) {
-          values[k] = factor * H_(i, j);
+          values[k] = factor * (H_(i, j) + (i == j ? damping : 0));
         } else {
           rows[k] = i;
           columns[k] = j;
@@ -67,37 +77,46 @@ class Asked final : public Ipopt::TNLP {
     return true;
   }
   bool intermediate_callback(Ipopt::AlgorithmMode, Int iteration, Number value, Number, Number, Number, Number, Number,
-                             Number, Number, Int, const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
-    iterations = iteration;
+                             Number, Number step, Int, const Ipopt::IpoptData*,
+                             Ipopt::IpoptCalculatedQuantities*) override {
+    iterations = before_ + iteration;
     small_steps_ = previous_ - value < options_.relative_decrease * std::abs(previous_) ? small_steps_ + 1 : 0;
     previous_ = value;
-    settled = small_steps_ >= options_.patience;
-    return !settled;
+    // A step that had to be cut short gains little without being near a minimum.
+    settled = small_steps_ >= options_.patience && step > kWholeStep;
+    return small_steps_ < options_.patience;
   }
   void finalize_solution(Ipopt::SolverReturn, Int, const Number*, const Number*, const Number*, Int, const Number*,
                          const Number*, Number, const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {}
 
+  void start_again() {
+    before_ = iterations;
+    previous_ = std::numeric_limits<double>::infinity();
+    small_steps_ = 0;
+  }
+
   Index iterations = 0;
   bool settled = false;
+  double damping = 0;  ///< added to the diagonal of the Hessian
 
  private:
   static Vector point(const Number* x, Int n) { return Eigen::Map<const Vector>(x, n); }
   bool linearise(const Number* x, Int n) {
     const Vector at = point(x, n);
     if (at_.size() == at.size() && at_ == at) return true;
-    double value = 0;
     at_.resize(0);
-    if (!problem_.derivatives(at, value, gradient_, H_)) return false;
+    if (!problem_.derivatives(at, value_, gradient_, H_)) return false;
     at_ = at;
     return true;
   }
 
   ScaledProblem& problem_;
   const IpoptOptions& options_;
-  Vector at_, gradient_;  // where H_ and gradient_ belong to
+  Vector at_, gradient_;  // the point, and what belongs to it
   Matrix H_;
+  double value_ = 0;
   double previous_ = std::numeric_limits<double>::infinity();
-  Index small_steps_ = 0;
+  Index small_steps_ = 0, before_ = 0;
 };
 
 class InteriorPoint final : public Solver {
@@ -112,40 +131,47 @@ class InteriorPoint final : public Solver {
     static std::mutex one_at_a_time;
     const std::lock_guard<std::mutex> guard(one_at_a_time);
     const Ipopt::SmartPtr<Asked> asked = new Asked(scaled, options_);
+    Status status = Status::ok;
+    std::string message = "no step reduces the cost further";
+    // Where its line search ends at the edge of the domain, Ipopt gives up: on from the best point with a damped
+    // Hessian.
+    const double most = options_.hessian == "gauss_newton" ? kMostHessianDamping : 0;
+    for (asked->damping = 0; asked->damping <= most && asked->iterations < budget.iterations;
+         asked->damping = std::max(10 * asked->damping, kFirstHessianDamping)) {
+      const Ipopt::ApplicationReturnStatus end = run(asked, budget.iterations - asked->iterations);
+      if (end == Ipopt::Maximum_Iterations_Exceeded) {
+        status = Status::iteration_limit;
+        message = "iteration limit reached";
+        break;
+      }
+      if (asked->settled || end == Ipopt::Solve_Succeeded || end == Ipopt::Solved_To_Acceptable_Level) {
+        message = asked->settled ? "relative decrease below tolerance" : "optimality tolerance met";
+        break;
+      }
+    }
+    scaled.settle_on_bounds(kNearBound);
+    return scaled.solution(status, message, asked->iterations);
+  }
+
+ private:
+  Ipopt::ApplicationReturnStatus run(const Ipopt::SmartPtr<Asked>& asked, Index iterations) const {
     const Ipopt::SmartPtr<Ipopt::IpoptApplication> program = new Ipopt::IpoptApplication(false);
     const auto options = program->Options();
     options->SetIntegerValue("print_level", 0);
     options->SetStringValue("sb", "yes");
-    options->SetIntegerValue("max_iter", static_cast<Ipopt::Index>(std::min<Index>(budget.iterations, 1000000000)));
+    options->SetIntegerValue("max_iter", static_cast<Ipopt::Index>(std::min<Index>(iterations, 1000000000)));
     options->SetNumericValue("tol", options_.tolerance);
     options->SetNumericValue("acceptable_tol", options_.tolerance);  // no second, looser rule
     options->SetStringValue("nlp_scaling_method", "none");           // the problem is scaled already
     options->SetNumericValue("bound_relax_factor", 0);
     options->SetStringValue("mu_strategy", "adaptive");
     options->SetStringValue("hessian_approximation", options_.hessian == "gauss_newton" ? "exact" : "limited-memory");
-    if (program->Initialize("") != Ipopt::Solve_Succeeded)
-      return scaled.solution(Status::failed, "Ipopt could not be initialised", 0);
-    const Ipopt::ApplicationReturnStatus end = program->OptimizeTNLP(asked);
-    scaled.settle_on_bounds(kNearBound);
-    if (asked->settled) return scaled.solution(Status::ok, "relative decrease below tolerance", asked->iterations);
-    switch (end) {
-      case Ipopt::Solve_Succeeded:
-      case Ipopt::Solved_To_Acceptable_Level:
-        return scaled.solution(Status::ok, "optimality tolerance met", asked->iterations);
-      case Ipopt::Maximum_Iterations_Exceeded:
-        return scaled.solution(Status::iteration_limit, "iteration limit reached", asked->iterations);
-      case Ipopt::Search_Direction_Becomes_Too_Small:
-      case Ipopt::Restoration_Failed:
-      case Ipopt::Error_In_Step_Computation:
-        return scaled.solution(Status::ok, "no step reduces the cost further", asked->iterations);
-      default:
-        return scaled.solution(asked->iterations > 0 ? Status::ok : Status::failed,
-                               "Ipopt ended with its status " + std::to_string(static_cast<int>(end)),
-                               asked->iterations);
-    }
+    const Ipopt::ApplicationReturnStatus ready = program->Initialize("");
+    if (ready != Ipopt::Solve_Succeeded) return ready;
+    asked->start_again();
+    return program->OptimizeTNLP(asked);
   }
 
- private:
   IpoptOptions options_;
 };
 

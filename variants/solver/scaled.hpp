@@ -28,10 +28,11 @@ class ScaledProblem {
     gradient_ = gradient;
     diagonal_ = H.diagonal();
     const double floor = 1e-14 * H.diagonal().maxCoeff() + 1e-300;
-    scale_ = (H.diagonal().cwiseMax(floor) / (2 * unit_)).cwiseSqrt().cwiseInverse();
+    scale_ = (H.diagonal().cwiseMax(floor) / unit_).cwiseSqrt().cwiseInverse();
   }
 
-  bool inside() const { return inside_; }  ///< theta0 lies in the domain
+  Vector best() const { return (best_ - theta0_).cwiseQuotient(scale_); }  ///< z of the best point seen
+  bool inside() const { return inside_; }                                  ///< theta0 lies in the domain
   Index parameters() const { return theta0_.size(); }
   Vector theta(ConstVectorRef z) const { return clamped(theta0_ + scale_.cwiseProduct(z), problem_.box()); }
   /// Bounds of z; infinite where there are none.

@@ -101,10 +101,12 @@ class SecantLevenbergMarquardt final : public Solver {
     /// Derivatives anew; where there are none, back to where there were, and on from there by shorter steps.
     void renew_or_return(double& damping) {
       if (renew()) return;
+      const Vector here = theta;
       theta = where_new;
       damping = kReturned * std::max(damping, 1.0);
       if (renew()) return;
-      fresh = true;  // they are gone there too: the search ends
+      theta = here;  // they are gone there too: the search ends where the cost was least
+      fresh = true;
       damping = kMostDamping;
     }
 

@@ -20,12 +20,9 @@ class Cva final : public HankelEstimator {
     const Index kept = used_directions(future.s, rank_tolerance_);
     const Matrix basis = future.U.leftCols(kept);
     const Matrix along = rq.R32() * instruments.V.leftCols(used);
-    Matrix whitened(along.rows(), std::max(used, Index{1}));
-    whitened.setZero();
-    whitened.leftCols(used) =
-        basis * (future.s.head(kept).cwiseInverse().asDiagonal() * (basis.transpose() * along)).eval();
+    const Matrix whitened = basis * future.s.head(kept).cwiseInverse().asDiagonal() * (basis.transpose() * along);
     return {svd(whitened), basis * future.s.head(kept).asDiagonal() * basis.transpose(), used,
-            used > 0 ? instruments.s(0) / instruments.s(used - 1) : 0};
+            instruments.s(0) / instruments.s(used - 1)};
   }
 
  private:

@@ -91,7 +91,7 @@ class N4sid final : public HankelEstimator {
       U = whole.U.leftCols(used);
       s = whole.s.head(used);
       V = whole.V.leftCols(used);
-      condition = used > 0 ? s(0) / s(used - 1) : 0;
+      condition = s(0) / s(used - 1);
     }
     Index used;
     Matrix U, V;
