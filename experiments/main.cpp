@@ -65,6 +65,7 @@ int run_program(int count, char** words) {
   add_blind(app, run);
   add_plan(app, run);
   add_reproduce(app, run);
+  add_sweep(app, run);
   add_report(app, run);
   require_known_command(app, count, words);
   if (count < 2) {

@@ -4,68 +4,14 @@
 #include <utility>
 
 #include "core/data/metrics.hpp"
-#include "core/data/noise.hpp"
-#include "core/plant/dataset.hpp"
-#include "core/plant/motion.hpp"
-#include "experiments/reproduce_study.hpp"
+#include "experiments/reproduce_records.hpp"
 
 namespace wheelhop {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-struct Records {
-  Signal training, validation;  // as measured
-  Matrix clean;                 // validation outputs without noise, p x N
-  Matrix states;                // of the plant on the validation record
-  Vector noise_std;             // p; zero without noise
-};
-
-/// The same numbers as `generate` draws for a config whose records are these two.
-GeneratedRecord make_record(const ReproduceConfig& config, Index which, double seconds, Index realisation) {
-  const Plant& plant = config.plant;
-  const double hold_hz = plant.hold_hz();
-  const Index lead = std::llround(config.settle_s * hold_hz);
-  const Index samples =
-      std::llround(seconds * config.sampling_hz) * hold_samples_per_record_sample(plant, config.sampling_hz);
-  Matrix drive(plant.input_count(), lead + samples);
-  for (Index i = 0; i < plant.input_count(); ++i) {
-    Random random(static_cast<std::uint64_t>(config.seed), Stream::road, static_cast<std::uint64_t>(which * 4096 + i),
-                  static_cast<std::uint64_t>(realisation));
-    drive.row(i) = make_drive(config.drive, hold_hz, lead, samples, random).values;
-  }
-  return generate_record(unquantised(plant), drive, config.sampling_hz,
-                         {.substeps = config.substeps, .lead_samples = lead, .from_equilibrium = true});
-}
-
-bool make_records(const ReproduceConfig& config, RealisationRow& row, Records& records) {
-  const char* names[] = {"training", "validation"};
-  const double seconds[] = {config.estimation_s, config.validation_s};
-  for (Index which = 0; which < 2; ++which) {
-    GeneratedRecord record = make_record(config, which, seconds[which], row.realisation);
-    if (record.status != Status::ok) {
-      row.status = record.status;
-      row.message = std::string(names[which]) + " record: " + record.message;
-      return false;
-    }
-    Signal& signal = which == 0 ? records.training : records.validation;
-    signal = std::move(record.signal);
-    if (which == 1) {
-      records.clean = signal.y;
-      records.states = std::move(record.states);
-    }
-    records.noise_std = Vector::Zero(signal.output_count());
-    if (config.snr_db) {
-      Random random(static_cast<std::uint64_t>(config.seed), Stream::noise, static_cast<std::uint64_t>(which),
-                    static_cast<std::uint64_t>(row.realisation));
-      records.noise_std = add_noise(signal, *config.snr_db, random);
-    }
-    quantise(config.plant, signal.y);
-  }
-  return true;
-}
-
-Beyond beyond_training(const ReproduceConfig& config, const Records& records) {
+Beyond beyond_training(const ReproduceConfig& config, const SimulatedRecords& records) {
   Beyond beyond;
   std::vector<bool> outside(static_cast<std::size_t>(records.validation.samples()), false);
   for (std::size_t s = 0; s < 3; ++s) {
@@ -81,39 +27,7 @@ Beyond beyond_training(const ReproduceConfig& config, const Records& records) {
   return beyond;
 }
 
-/// What is left of the rows of `signal` (r x N) after regression on a constant and the rows of `regressors`.
-Matrix nonlinear_part(ConstMatrixRef signal, ConstMatrixRef regressors) {
-  Matrix columns(signal.cols(), regressors.rows() + 1);
-  columns << Vector::Ones(signal.cols()), regressors.transpose();
-  const Matrix target = signal.transpose();
-  return target - columns * least_squares(columns, target).x;
-}
-
-/// R^2 between the nonlinear parts of f and of the true force of the suspension along the validation record.
-double spring_r2(const ReproduceConfig& config, const Records& records, ConstMatrixRef f) {
-  const Index n = config.plant.mass_count();
-  Motion motion(config.plant);
-  // The suspension stands between two masses: neither the rate of the inputs nor their paths bear on its force.
-  const Vector at_rest = Vector::Zero(motion.inputs());
-  Vector a(n), z_rate(motion.memories());
-  Matrix force(1, records.states.cols());
-  for (Index k = 0; k < force.cols(); ++k) {
-    motion.set_inputs(records.validation.u.col(k).data(), at_rest.data());
-    const double* const q = records.states.col(k).data();
-    if (motion.accelerations(q, q + n, q + 2 * n, a.data(), z_rate.data()) != Motion::all_defined)
-      return std::numeric_limits<double>::quiet_NaN();
-    force(k) = motion.element_force(config.car.suspension);
-  }
-  // Internal states of the laws are no part of the linear model: what they carry of the force stays in it.
-  Matrix regressors(2 * n + records.validation.u.rows(), force.cols());
-  regressors << records.states.topRows(2 * n), records.validation.u;
-  const Matrix truth = nonlinear_part(force, regressors), identified = nonlinear_part(f, regressors);
-  if (!(truth.squaredNorm() > 0)) return std::numeric_limits<double>::quiet_NaN();
-  const double left = least_squares(identified, truth).residual_norm;
-  return 1 - left * left / truth.squaredNorm();
-}
-
-ColumnScore score(const ReproduceConfig& config, const Records& records, const ScoredRun& run) {
+ColumnScore score(const ReproduceConfig& config, const SimulatedRecords& records, const ScoredRun& run) {
   ColumnScore result{run.status, run.message, {}, {}};
   const Vector error =
       run.status == Status::ok ? rms(records.validation.y - run.y) : Vector::Constant(records.clean.rows(), infinity);
@@ -134,7 +48,7 @@ Random initial_guess(const ReproduceConfig& config, Index realisation) {
   return {static_cast<std::uint64_t>(config.seed), Stream::initial_guess, 0, static_cast<std::uint64_t>(realisation)};
 }
 
-void compute_as_printed(const ReproduceConfig& config, const Records& records, RealisationRow& row) {
+void compute_as_printed(const ReproduceConfig& config, const SimulatedRecords& records, RealisationRow& row) {
   ColumnScore& column = row.columns[static_cast<std::size_t>(Column::as_printed)];
   Random random = initial_guess(config, row.realisation);
   const PipelineResult result = run_pipeline(records.training, config.printed_pipeline,
@@ -148,7 +62,7 @@ void compute_as_printed(const ReproduceConfig& config, const Records& records, R
       run_and_score(result.model, result.scaling, records.validation, records.clean, config.initial_state_samples));
 }
 
-void compute_main(const ReproduceConfig& config, const Records& records, RealisationRow& row) {
+void compute_main(const ReproduceConfig& config, const SimulatedRecords& records, RealisationRow& row) {
   Random random = initial_guess(config, row.realisation);
   PipelineResult result =
       run_pipeline(records.training, config.pipeline, config.pieces.borrowed(config.pipeline), random);
@@ -179,8 +93,9 @@ void compute_main(const ReproduceConfig& config, const Records& records, Realisa
       refined = failed_score(outcome, "refinement: " + row.refinement.solution.message);
     const Vector Dt = result.scaling.y.asDiagonal() * result.model.Dt.leftCols(1);
     row.direct_ratio = Dt(config.car.sensors[1]) / Dt(config.car.sensors[2]);
-    row.spring_r2 =
-        runs[2].status == Status::ok ? spring_r2(config, records, runs[2].f) : std::numeric_limits<double>::quiet_NaN();
+    row.spring_r2 = runs[2].status == Status::ok
+                        ? spring_r2(config, records.validation.u, records.validation_states, runs[2].f)
+                        : std::numeric_limits<double>::quiet_NaN();
     std::array<Matrix, 3> lines;
     for (std::size_t s = 0; s < 3; ++s) {
       const Index sensor = config.car.sensors[s];
@@ -191,6 +106,7 @@ void compute_main(const ReproduceConfig& config, const Records& records, Realisa
   }
   for (Pass& pass : result.passes) {  // a thousand realisations must not hold a thousand models
     pass.model = {};
+    pass.along = {};
     row.passes.push_back(std::move(pass));
   }
 }
@@ -207,8 +123,10 @@ RealisationRow compute_realisation(const ReproduceConfig& config, Index realisat
     const auto before = std::exchange(start, std::chrono::steady_clock::now());
     return std::chrono::duration<double>(start - before).count();
   };
-  Records records;
-  if (make_records(config, row, records)) {
+  const SimulatedRecords records = simulate_records(config, realisation);
+  row.status = records.status;
+  row.message = records.message;
+  if (records.status == Status::ok) {
     row.beyond = beyond_training(config, records);
     compute_main(config, records, row);
     row.seconds = lap();

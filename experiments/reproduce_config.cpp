@@ -84,12 +84,9 @@ Json effective(const ReproduceConfig& config) {
 
 }  // namespace
 
-ReproduceConfig read_reproduce_config(const ReproduceRequest& request) {
+ReproduceConfig parse_reproduce_config(const JsonCursor& cursor) {
   constexpr Index largest = std::numeric_limits<Index>::max();
-  const JsonCursor cursor =
-      JsonCursor::load(request.config.empty() ? home() / "experiments" / "configs" / "paper.json" : request.config);
   ReproduceConfig config;
-  config.preset = request.config.empty();
   const JsonCursor plant = cursor.at("plant");
   config.plant = plant.is_string() ? load_plant(plant.directory() / plant.string()) : parse_plant(plant);
   config.car = find_quarter_car(config.plant, plant);
@@ -120,6 +117,14 @@ ReproduceConfig read_reproduce_config(const ReproduceRequest& request) {
   }
   config.printed_pipeline.refine_iterations = 0;  // the paper has no joint refinement
   cursor.done();
+  config.effective = effective(config);
+  return config;
+}
+
+ReproduceConfig read_reproduce_config(const ReproduceRequest& request) {
+  ReproduceConfig config = parse_reproduce_config(
+      JsonCursor::load(request.config.empty() ? home() / "experiments" / "configs" / "paper.json" : request.config));
+  config.preset = request.config.empty();
   if (request.realisations) config.realisations = *request.realisations;
   if (request.seed) config.seed = *request.seed;
   if (request.snr_db) config.snr_db = request.snr_db;

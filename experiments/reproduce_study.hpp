@@ -57,6 +57,8 @@ struct ReproduceConfig {
   Json effective;
 };
 
+/// Reads a config. UserError for every mistake. Names of files in it are relative to the cursor's directory.
+ReproduceConfig parse_reproduce_config(const JsonCursor& cursor);
 /// Reads the request's config file and puts the request's own values over it. UserError for every mistake.
 ReproduceConfig read_reproduce_config(const ReproduceRequest& request);
 

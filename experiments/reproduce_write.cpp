@@ -14,7 +14,8 @@ double quantile(const std::vector<double>& sorted, double share) {
   const double place = share * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(place), above = std::min(below + 1, sorted.size() - 1);
   const double weight = place - static_cast<double>(below);
-  if (weight == 0 || sorted[below] == sorted[above]) return sorted[below];
+  // Between a failed value, minus infinity, and another one stands no number.
+  if (weight == 0 || sorted[below] == sorted[above] || std::isinf(sorted[below])) return sorted[below];
   return sorted[below] + weight * (sorted[above] - sorted[below]);
 }
 

@@ -81,10 +81,6 @@ Json to_json(const Refinements& refinement) {
           {"round_costs", refinement.round_costs}};
 }
 
-NonlinearModel without_map(const LinearModel& model) {
-  return {model, Matrix(model.order(), 0), Matrix(model.output_count(), 0), nullptr};
-}
-
 ScoredRun run_and_score(const NonlinearModel& model, const Scaling& scaling, const Signal& signal,
                         ConstMatrixRef reference, Index initial_state_samples) {
   const Matrix u = scaling.u.cwiseInverse().asDiagonal() * signal.u;

@@ -29,9 +29,6 @@ PipelineOptions read_pipeline(const JsonCursor& config, PipelineOptions defaults
 /// `{"status", "message", "iterations", "cost", "round_costs": [...]}`; a failed round is null.
 Json to_json(const Refinements& refinement);
 
-/// A linear model as a nonlinear one without a map.
-NonlinearModel without_map(const LinearModel& model);
-
 /// A free run on a record, in physical units.
 struct ScoredRun {
   Status status = Status::failed;

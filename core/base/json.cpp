@@ -122,14 +122,13 @@ JsonCursor::JsonCursor(std::shared_ptr<Document> document, const Json* value, st
     : document_(std::move(document)), value_(value), path_(std::move(path)) {}
 
 JsonCursor JsonCursor::load(const std::filesystem::path& file) {
-  JsonCursor cursor = from(parse_json(read_file(file), file.string()), file.string());
-  cursor.document_->directory = file.parent_path();
-  return cursor;
+  return from(parse_json(read_file(file), file.string()), file.string(), file.parent_path());
 }
 
-JsonCursor JsonCursor::from(Json value, std::string source) {
+JsonCursor JsonCursor::from(Json value, std::string source, std::filesystem::path directory) {
   auto document = std::make_shared<Document>();
   document->source = std::move(source);
+  document->directory = std::move(directory);
   document->root = std::move(value);
   const Json* root = &document->root;
   return JsonCursor(std::move(document), root, "$");

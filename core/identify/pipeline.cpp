@@ -47,15 +47,9 @@ void whiten(Extended& system, Matrix& x) {
   x = T * x;
 }
 
-/// The auxiliary input along the record and the states it leads to.
-struct Trajectory {
-  Matrix f, x;
-  Index first = 0, count = 0;  ///< samples that the inversion calls trustworthy; the rest is not fitted to
-};
-
 /// Unit covariance of f: f <- L^-1 f, [Bt; Dt] <- [Bt; Dt] L. Without it several auxiliary inputs drift into
 /// near-collinear mixtures and the passes diverge.
-void whiten_auxiliary(Extended& system, Trajectory& along) {
+void whiten_auxiliary(Extended& system, InputTrajectory& along) {
   const auto trusted = along.f.middleCols(along.first, along.count);
   const Matrix covariance = trusted * trusted.transpose() / static_cast<double>(along.count);
   const Matrix L = cholesky_lower(covariance);
@@ -78,6 +72,10 @@ struct Run {
   }
 };
 
+bool usable(const Solution& solution) {
+  return solution.status == Status::ok || solution.status == Status::iteration_limit;
+}
+
 /// Step 1: linear model of [u, y], states whitened.
 Extended identify_linear(const Run& run, PipelineResult& result) {
   result.linear = run.pieces.subspace.identify(run.u, run.y, run.options.order);
@@ -90,6 +88,17 @@ Extended identify_linear(const Run& run, PipelineResult& result) {
                   result.linear.x0};
   Matrix x = simulate(system.linear, run.u, system.x0).x;
   whiten(system, x);
+  if (run.options.linear_iterations > 0) {
+    const Refinement refined = refine(without_map(system.linear), system.x0, run.u, run.y, Vector::Ones(run.y.rows()),
+                                      0, run.pieces.solver, run.options.linear_iterations);
+    if (usable(refined.solution) && spectral_radius(refined.model.linear.A) < 1) {
+      system.linear = refined.model.linear;
+      system.x0 = refined.x0;
+      x = simulate(system.linear, run.u, system.x0).x;
+      whiten(system, x);
+      result.linear.spectral_radius = spectral_radius(system.linear.A);
+    }
+  }
   result.linear.model = system.linear;
   result.linear.x0 = system.x0;
   return system;
@@ -127,7 +136,7 @@ void find_direction(const Run& run, Extended& system, PipelineResult& result) {
 }
 
 /// Step 3: f by dynamic inversion, then the states by simulating with the extended input (Sec. 2.6).
-Trajectory reconstruct(const Run& run, Extended& system, const Vector& channel_residual, Pass& pass) {
+InputTrajectory reconstruct(const Run& run, Extended& system, const Vector& channel_residual, Pass& pass) {
   const Matrix z = run.residual(system);
   // What neither noise nor f explains; never below 1 % of the residual, so that R_v stays positive definite.
   const Vector noise_std = channel_residual.cwiseMax(0.01 * rms(z)).cwiseMax(1e-6);
@@ -137,7 +146,7 @@ Trajectory reconstruct(const Run& run, Extended& system, const Vector& channel_r
   pass.message = inverse.message;
   pass.input_variance = inverse.input_variance;
   if (inverse.status != Status::ok) return {};
-  Trajectory along{std::move(inverse.f), {}, inverse.first, inverse.last - inverse.first};
+  InputTrajectory along{std::move(inverse.f), {}, inverse.first, inverse.last - inverse.first};
   if (along.count < run.y.rows() + 1) {
     pass.status = Status::rank_deficient;
     pass.message = fmt::format("{} calls {} of {} samples trustworthy", run.pieces.inversion.name(),
@@ -158,7 +167,7 @@ Trajectory reconstruct(const Run& run, Extended& system, const Vector& channel_r
 }
 
 /// Step 4: the static map from [x; u] to f, and the free run of the model that results.
-void fit_map(const Run& run, const Extended& system, const Trajectory& along, Index starts, Pass& pass) {
+void fit_map(const Run& run, const Extended& system, const InputTrajectory& along, Index starts, Pass& pass) {
   MapFitOptions options;
   options.starts = starts;
   options.budget = {run.options.map_iterations};
@@ -181,7 +190,7 @@ void fit_map(const Run& run, const Extended& system, const Trajectory& along, In
 }
 
 /// Step 5: the linear subsystem again, with the map's f as further inputs. False if it fails.
-bool identify_extended(const Run& run, const Trajectory& along, Pass& pass, Extended& system) {
+bool identify_extended(const Run& run, const InputTrajectory& along, Pass& pass, Extended& system) {
   const StaticMap& map = *pass.model.map;
   const Index m = run.u.rows();
   const Matrix xi = stacked(along.x, run.u);
@@ -228,13 +237,9 @@ bool fit_map_anew(const Run& run, const NonlinearModel& refined, const Vector& x
   const Vector left = rms(run.y - free_run(refined, run.u, x0).y);
   Extended system{refined.linear, refined.Bt, refined.Dt, x0};
   // Most of what is left is the map's error, which f explains; a third stands for the rest.
-  const Trajectory along = reconstruct(run, system, left / 3, pass);
+  const InputTrajectory along = reconstruct(run, system, left / 3, pass);
   if (pass.status == Status::ok) fit_map(run, system, along, run.options.map_starts, pass);
   return pass.status == Status::ok;
-}
-
-bool usable(const Solution& solution) {
-  return solution.status == Status::ok || solution.status == Status::iteration_limit;
 }
 
 /// The joint refinement of result.model, x0 (Sec. 2.6), in rounds against local minima of the map.
@@ -286,10 +291,11 @@ PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time
   if (result.direction.status != Status::ok) return result;
   for (Index number = 0; number < options.passes; ++number) {
     Pass pass;
-    const Trajectory along = reconstruct(run, system, result.direction.channel_residual, pass);
+    InputTrajectory along = reconstruct(run, system, result.direction.channel_residual, pass);
     if (pass.status == Status::ok) fit_map(run, system, along, number == 0 ? options.map_starts : 1, pass);
     bool go_on = pass.model.map != nullptr;
     if (go_on && number + 1 < options.passes) go_on = identify_extended(run, along, pass, system);
+    pass.along = std::move(along);
     result.passes.push_back(std::move(pass));
     if (!go_on) break;
   }

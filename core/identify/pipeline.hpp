@@ -19,6 +19,7 @@ namespace wheelhop {
 
 struct PipelineOptions {
   Index order = 0;
+  Index linear_iterations = 0;
   Index nonlinearities = 1;
   bool direct_term = true;
   std::string direction = "trackability";
@@ -34,6 +35,8 @@ struct PipelineOptions {
   template <class V>
   void fields(V&& visit) {
     visit("order", order, Range{0, 100}, "-", "n; 0: read from the singular values");
+    visit("linear_iterations", linear_iterations, Range{0, 10000}, "-",
+          "cap on a refinement of the linear model of step 1 by its own simulation error (output error); 0: none");
     visit("nonlinearities", nonlinearities, Range{1, 20}, "-", "q, number of auxiliary inputs f");
     visit("direct_term", direct_term,
           "let f act on the outputs of the same sample (Dt), as accelerations need; false: eq. (5) as printed");
@@ -71,6 +74,12 @@ struct Scaling {
   Vector u, y;
 };
 
+/// The auxiliary input along the training record and the states it leads to, of unit covariance.
+struct InputTrajectory {
+  Matrix f, x;                 ///< q x N, n x N
+  Index first = 0, count = 0;  ///< samples that the inversion calls trustworthy; the rest is not fitted to
+};
+
 /// One round of steps 3 to 5.
 struct Pass {
   Status status = Status::failed;
@@ -78,6 +87,7 @@ struct Pass {
   double input_variance = 0;  ///< Q_eta / R_v of the inversion
   double map_residual = 0;    ///< of the static map's fit, relative
   Decomposition split;        ///< eq. (4) on the reconstructed states
+  InputTrajectory along;      ///< steps 3 and 4; empty where the inversion failed
   NonlinearModel model;
   Vector x0;
   Vector training_vaf;  ///< p, free run

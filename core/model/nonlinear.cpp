@@ -2,6 +2,10 @@
 
 namespace wheelhop {
 
+NonlinearModel without_map(const LinearModel& model) {
+  return {model, Matrix(model.order(), 0), Matrix(model.output_count(), 0), nullptr};
+}
+
 FreeRun free_run(const NonlinearModel& model, ConstMatrixRef u, ConstVectorRef x0) {
   const Index n = model.order(), m = u.rows(), samples = u.cols(), q = model.auxiliary_count();
   FreeRun run;

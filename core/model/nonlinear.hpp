@@ -22,6 +22,9 @@ struct NonlinearModel {
   Index auxiliary_count() const { return Bt.cols(); }
 };
 
+/// A linear model as a nonlinear one without a map.
+NonlinearModel without_map(const LinearModel& model);
+
 struct FreeRun {
   Status status = Status::ok;  ///< outside_domain: a state exceeded the guard at sample `stopped_at`
   Index stopped_at = -1;

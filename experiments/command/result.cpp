@@ -1,9 +1,10 @@
-// reproduce, report: reference results and their pages.
+// reproduce, sweep, report: reference results and their pages.
 #include <limits>
 
 #include "experiments/command/command.hpp"
 #include "experiments/render.hpp"
 #include "experiments/reproduce.hpp"
+#include "experiments/sweep/sweep.hpp"
 
 namespace wheelhop {
 
@@ -25,6 +26,27 @@ void add_reproduce(CLI::App& app, Run& run) {
   command.footer(
       "Writes table1.json, figures/, report.html and timing.json into the folder, and prints the table.\n"
       "Example:\n  wheelhop reproduce --realisations 4 --out out/quick");
+}
+
+void add_sweep(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "sweep", "a grid of methods and data over realisations, as result tables", run, run_sweep);
+  command.add_option("CONFIG", request.config, "base experiment and axes as JSON")->required();
+  command.add_option("--out", request.out, "folder to write; started again there, a sweep goes on")->required();
+  command.add_option("--jobs", request.jobs, "rows at once (default: all threads); never changes a result")
+      ->check(CLI::Range(1, 4096));
+  add_quiet(command, request.quiet);
+  command.footer(
+      "CONFIG is a config of `wheelhop reproduce` and axes over any of its options:\n"
+      "  {\"base\": \"../paper.json\", \"measure\": \"refined\", \"realisations\": 20, \"axes\": [\n"
+      "    {\"name\": \"snr_db\", \"values\": [40, 20]},\n"
+      "    {\"name\": \"method\", \"values\": [\n"
+      "      {\"label\": \"paper\", \"set\": {}},\n"
+      "      {\"label\": \"cva, rbf\", \"set\": {\"subspace\": {\"name\": \"cva\"}, \"nonlinearity\": {\"name\": "
+      "\"rbf\"}}}]}]}\n"
+      "measure: linear, inversion, nonlinear, refined (each holds those before it), or solver.\n"
+      "Writes rows.jsonl (pandas.read_json(..., lines=True)), table.json and timing.json.\n"
+      "Example:\n  wheelhop sweep experiments/configs/ablation/inversion.json --out out/inversion");
 }
 
 void add_report(CLI::App& app, Run& run) {

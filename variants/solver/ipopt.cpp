@@ -15,8 +15,9 @@ namespace wheelhop {
 namespace {
 
 constexpr double kUnbounded = 2e19;  // beyond Ipopt's own 1e19
-// Of the diagonal, which is 1 at the start in scaled parameters: from steps that hardly differ to a thousandth of them.
-constexpr double kFirstHessianDamping = 0.01, kMostHessianDamping = 1000;
+// Damping of the Hessian, as a share of its diagonal: from rounding to a thousandth of the undamped step.
+constexpr double kLeastHessianDamping = 1e-12, kFirstHessianDamping = 1e-4, kMostHessianDamping = 1000;
+constexpr double kLongStep = 0.9;    // share of a step from which less damping is tried
 constexpr double kWholeStep = 0.1;   // share of a step that says it was not cut short
 constexpr double kNearBound = 1e-6;  // in scaled parameters: an interior point ends this near where a bound holds it
 
@@ -68,7 +69,7 @@ class Asked final : public Ipopt::TNLP {
     for (Int j = 0, k = 0; j < n; ++j)
       for (Int i = j; i < n; ++i, ++k) {
         if (values != nullptr) {
-          values[k] = factor * (H_(i, j) + (i == j ? damping : 0));
+          values[k] = factor * ((i == j ? 1 + damping : 1) * H_(i, j));
         } else {
           rows[k] = i;
           columns[k] = j;
@@ -82,6 +83,9 @@ class Asked final : public Ipopt::TNLP {
     iterations = before_ + iteration;
     small_steps_ = previous_ - value < options_.relative_decrease * std::abs(previous_) ? small_steps_ + 1 : 0;
     previous_ = value;
+    // J'J alone is nearly singular, and Ipopt adds to a Hessian only where its inertia is wrong.
+    if (iteration > 0) damping = step < kWholeStep ? damping * 4 : step > kLongStep ? damping / 4 : damping;
+    damping = std::max(damping, kLeastHessianDamping);
     // A step that had to be cut short gains little without being near a minimum.
     settled = small_steps_ >= options_.patience && step > kWholeStep;
     return small_steps_ < options_.patience;
@@ -97,7 +101,7 @@ class Asked final : public Ipopt::TNLP {
 
   Index iterations = 0;
   bool settled = false;
-  double damping = 0;  ///< added to the diagonal of the Hessian
+  double damping = kFirstHessianDamping;  ///< of the Hessian's diagonal, as in Levenberg-Marquardt's method
 
  private:
   static Vector point(const Number* x, Int n) { return Eigen::Map<const Vector>(x, n); }
@@ -135,9 +139,9 @@ class InteriorPoint final : public Solver {
     std::string message = "no step reduces the cost further";
     // Where its line search ends at the edge of the domain, Ipopt gives up: on from the best point with a damped
     // Hessian.
-    const double most = options_.hessian == "gauss_newton" ? kMostHessianDamping : 0;
-    for (asked->damping = 0; asked->damping <= most && asked->iterations < budget.iterations;
-         asked->damping = std::max(10 * asked->damping, kFirstHessianDamping)) {
+    const double most = options_.hessian == "gauss_newton" ? kMostHessianDamping : kFirstHessianDamping;
+    for (; asked->damping <= most && asked->iterations < budget.iterations;
+         asked->damping = std::max(100 * asked->damping, kFirstHessianDamping)) {
       const Ipopt::ApplicationReturnStatus end = run(asked, budget.iterations - asked->iterations);
       if (end == Ipopt::Maximum_Iterations_Exceeded) {
         status = Status::iteration_limit;
