@@ -11,6 +11,13 @@ wheelhop_tests(experiments wheelhop_experiments
   lemma/blind_effects.cpp
   end_to_end/blind_make.cpp)
 
+# A piece from a folder of its own, put in as a user's is, and the conformance tests with it.
+wheelhop_tests(consumer wheelhop_experiments
+  FILES
+  consumer/extra_pieces.cpp
+  conformance/pieces.cpp)
+wheelhop_extra_pieces(test_consumer ${CMAKE_CURRENT_SOURCE_DIR}/consumer/static_gain.cpp)
+
 # Runs of the whole program.
 wheelhop_tests(program wheelhop_plant
   FILES
@@ -19,6 +26,7 @@ wheelhop_tests(program wheelhop_plant
   end_to_end/identify.cpp
   end_to_end/plan.cpp
   end_to_end/reproduce.cpp
-  end_to_end/silverbox.cpp)
+  end_to_end/silverbox.cpp
+  end_to_end/sweep.cpp)
 target_compile_definitions(test_program PRIVATE WHEELHOP_PROGRAM="$<TARGET_FILE:wheelhop>")
 add_dependencies(test_program wheelhop)

@@ -75,13 +75,19 @@ LinearEstimate HankelEstimator::identify(ConstMatrixRef u, ConstMatrixRef y, Ind
   estimate.gap = weighted.s(n - 1) / weighted.s(n);
   Matrix gamma = weighted.U.leftCols(n) * weighted.s.head(n).cwiseSqrt().asDiagonal();
   if (space.unweight.size() > 0) gamma = space.unweight * gamma;
-  recover(rq, gamma, u, y, estimate);
+  const std::string undetermined = recover(rq, gamma, u, y, estimate);
   estimate.spectral_radius = spectral_radius(estimate.model.A);
   const LinearModel& model = estimate.model;
   const bool finite = all_finite(model.A) && all_finite(model.B) && all_finite(model.C) && all_finite(model.D) &&
                       all_finite(estimate.x0);
-  estimate.status = finite ? Status::ok : Status::not_finite;
-  if (!finite) estimate.message = "the estimated matrices are not finite";
+  if (!finite) {
+    estimate.status = Status::not_finite;
+    estimate.message = "the estimated matrices are not finite";
+  } else if (undetermined.empty()) {
+    estimate.status = Status::ok;
+  } else {
+    estimate.message = undetermined;
+  }
   return estimate;
 }
 
@@ -90,14 +96,23 @@ ColumnSpace HankelEstimator::column_space(const HankelRq& rq) const {
   return {svd(rq.R32()), {}, directions.size(), directions(0) / directions(directions.size() - 1)};
 }
 
-void HankelEstimator::recover(const HankelRq& rq, ConstMatrixRef gamma, ConstMatrixRef u, ConstMatrixRef y,
-                              LinearEstimate& estimate) const {
+std::string HankelEstimator::recover(const HankelRq& rq, ConstMatrixRef gamma, ConstMatrixRef u, ConstMatrixRef y,
+                                     LinearEstimate& estimate) const {
   const ObservabilityPair pair = shift_invariance(gamma, rq.p);
   estimate.stabilised = pair.stabilised;
-  const InputMatrices rest = estimate_input_matrices(pair.A, pair.C, u, y, rq.m);
-  estimate.model = rest.model;
-  estimate.x0 = rest.x0;
+  return simulated_outputs(pair.A, pair.C, u, y, estimate);
+}
+
+std::string HankelEstimator::simulated_outputs(const Matrix& A, const Matrix& C, ConstMatrixRef u, ConstMatrixRef y,
+                                               LinearEstimate& estimate) {
+  InputMatrices rest = estimate_input_matrices(A, C, u, y, u.rows());
+  estimate.model = std::move(rest.model);
+  estimate.x0 = std::move(rest.x0);
   estimate.condition = rest.condition;
+  const Index n = A.rows(), p = C.rows(), m = u.rows(), unknowns = n * m + n + p * m + p;
+  if (rest.rank == unknowns) return "";
+  return fmt::format("the record determines {} of the {} numbers in B, D, x0 and y0: are inputs collinear?", rest.rank,
+                     unknowns);
 }
 
 }  // namespace wheelhop

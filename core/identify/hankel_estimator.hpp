@@ -49,10 +49,16 @@ class HankelEstimator : public SubspaceEstimator {
   virtual ColumnSpace column_space(const HankelRq& rq) const;
 
   /// Fills model, x0, stabilised and condition of the estimate. Default: A and C by shift invariance (eq. 8), B, D, x0
-  /// and y0 by least squares on the simulated outputs.
+  /// and y0 by simulated_outputs().
   /// @param gamma p s x n extended observability matrix
-  virtual void recover(const HankelRq& rq, ConstMatrixRef gamma, ConstMatrixRef u, ConstMatrixRef y,
-                       LinearEstimate& estimate) const;
+  /// @return why the record does not determine them; empty where it does
+  virtual std::string recover(const HankelRq& rq, ConstMatrixRef gamma, ConstMatrixRef u, ConstMatrixRef y,
+                              LinearEstimate& estimate) const;
+
+  /// Fills the estimate's model with A and C as given and with B, D, y0 by least squares on the simulated outputs, its
+  /// x0 and its condition. @return as recover()
+  static std::string simulated_outputs(const Matrix& A, const Matrix& C, ConstMatrixRef u, ConstMatrixRef y,
+                                       LinearEstimate& estimate);
 
  private:
   HankelOptions options_;

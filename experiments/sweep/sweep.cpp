@@ -92,23 +92,28 @@ Json statistics_of_cell(const std::vector<Json>& rows) {
   return out;
 }
 
-/// Of how many starts a solver ends within 1 % of the least cost that any of them reached.
-void count_near_best(const std::vector<std::vector<Json>>& by_cell, Json& table) {
+/// Of how many starts a solver ends within 1 % of the least cost that any of them reached on the same data.
+void count_near_best(const Grid& grid, const std::vector<std::vector<Json>>& by_cell, Json& table) {
+  const auto problem_of = [&](std::size_t c, const Json& row) {
+    Json config = grid.cells[c].config.effective;
+    config.erase("solver");
+    return config.dump() + row["realisation"].dump();
+  };
   for (const char* column : {"map_cost", "joint_cost"}) {
-    std::map<Index, double> least;
-    for (const std::vector<Json>& rows : by_cell)
-      for (const Json& row : rows)
-        if (row.contains(column) && row[column].is_number()) {
-          const auto found = least.try_emplace(row["realisation"].get<Index>(), row[column].get<double>()).first;
-          found->second = std::min(found->second, row[column].get<double>());
-        }
-    for (std::size_t c = 0; c < by_cell.size(); ++c) {
-      Index near = 0;
-      for (const Json& row : by_cell[c])
-        if (row.contains(column) && row[column].is_number())
-          near += row[column].get<double>() <= 1.01 * least[row["realisation"].get<Index>()];
-      table["cells"][c][std::string(column) + "_within_1_percent_of_best"] = near;
-    }
+    std::map<std::string, double> least;
+    const auto each = [&](const auto& visit) {
+      for (std::size_t c = 0; c < by_cell.size(); ++c)
+        for (const Json& row : by_cell[c])
+          if (row.contains(column) && row[column].is_number()) visit(c, problem_of(c, row), row[column].get<double>());
+    };
+    each([&](std::size_t, const std::string& problem, double cost) {
+      double& best = least.try_emplace(problem, cost).first->second;
+      best = std::min(best, cost);
+    });
+    std::vector<Index> near(by_cell.size(), 0);
+    each([&](std::size_t c, const std::string& problem, double cost) { near[c] += cost <= 1.01 * least[problem]; });
+    for (std::size_t c = 0; c < by_cell.size(); ++c)
+      table["cells"][c][std::string(column) + "_within_1_percent_of_best"] = near[c];
   }
 }
 
@@ -132,7 +137,7 @@ Json table_json(const Grid& grid, const std::map<Key, std::string>& rows) {
     cell["columns"] = statistics_of_cell(by_cell[c]);
     table["cells"].push_back(std::move(cell));
   }
-  if (grid.measure == Measure::solver) count_near_best(by_cell, table);
+  if (grid.measure == Measure::solver) count_near_best(grid, by_cell, table);
   table["grid"] = grid.effective;
   for (std::size_t c = 0; c < grid.cells.size(); ++c) {
     Json config = grid.cells[c].config.effective;

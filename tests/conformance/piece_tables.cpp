@@ -76,6 +76,59 @@ TEST_CASE("the effective options of a piece make the same piece again") {
   CHECK(again.config == first.config);
 }
 
+namespace {
+
+/// Makes every piece of a table with defaults and with each kind of mistake in each option.
+template <class Piece>
+void check_options(const std::vector<Entry<Piece>>& table) {
+  for (const Entry<Piece>& entry : table) {
+    if (!entry.unavailable().empty()) continue;
+    CAPTURE(entry.name);
+    const auto make = [&](const Json& options) {
+      Json config = {{"name", entry.name}};
+      config.update(options);
+      return entry.make(JsonCursor::from(config, "config.json"));
+    };
+    const Json defaults = make(Json::object()).config;
+    CHECK(make(defaults).config == defaults);
+    CHECK_THROWS_WITH(make({{"no_such_option", 1}}), Catch::Contains("no_such_option"));
+    for (const OptionInfo& option : entry.options()) {
+      CAPTURE(option.name);
+      CHECK(defaults.at(option.name) == option.fallback);
+      const std::string path = "$." + option.name;
+      CHECK_THROWS_WITH(make({{option.name, Json::array()}}), Catch::Contains(path));
+      if (option.fallback.is_number()) CHECK_THROWS_WITH(make({{option.name, -1e300}}), Catch::Contains(path));
+      if (option.fallback.is_string())
+        CHECK_THROWS_WITH(make({{option.name, "no such choice"}}), Catch::Contains(path));
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("every piece: its defaults make it again, and each wrong option is refused with its JSON path") {
+  check_options(subspace_table());
+  check_options(inversion_table());
+  check_options(nonlinearity_table());
+  check_options(solver_table());
+}
+
+TEST_CASE("a piece whose library this build lacks is listed with the reason and refused with it") {
+  const Json list = list_pieces();
+  for (const Json& family : list.at("families")) {
+    if (family.at("family") != "solver") continue;
+    for (const Json& piece : family.at("pieces")) {
+      CAPTURE(piece.at("name"));
+      CHECK_FALSE(piece.at("options").empty());
+      if (piece.at("available") == true) continue;
+      const std::string reason = piece.at("unavailable");
+      CHECK_THAT(reason, Catch::Contains("lib"));  // what to install
+      const Json config = {{"name", piece.at("name")}};
+      CHECK_THROWS_WITH(make_from(solver_table(), JsonCursor::from(config, "config.json")), Catch::Contains(reason));
+    }
+  }
+}
+
 TEST_CASE("an unknown piece, option or value is refused with file, path and the known names") {
   using Catch::Contains;
   const auto make = [](const char* text) {

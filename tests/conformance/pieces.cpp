@@ -145,6 +145,7 @@ TEST_CASE("subspace estimators: NaN, constant or silent input, and too short a r
       {"constant u, noise in y", constant / 7, random.normal(2, 500)},
       {"sine u", sine, simulate(truth, sine, Vector::Ones(3)).y},
       {"sine u, noise in y", sine, random.normal(2, 500)},
+      {"two equal inputs", u.replicate(2, 1), y},
       {"short", u.leftCols(20), y.leftCols(20)},
       {"one sample", u.leftCols(1), y.leftCols(1)},
       {"empty", u.leftCols(0), y.leftCols(0)}};

@@ -17,8 +17,8 @@ namespace {
 constexpr double kUnbounded = 2e19;  // beyond Ipopt's own 1e19
 // Damping of the Hessian, as a share of its diagonal: from rounding to a thousandth of the undamped step.
 constexpr double kLeastHessianDamping = 1e-12, kFirstHessianDamping = 1e-4, kMostHessianDamping = 1000;
-constexpr double kLongStep = 0.9;    // share of a step from which less damping is tried
-constexpr double kWholeStep = 0.1;   // share of a step that says it was not cut short
+constexpr double kHalfStep = 0.5, kLongStep = 0.9;  // shares of a step below and above which damping grows and falls
+constexpr double kWholeStep = 0.1;                  // share of a step that says it was not cut short
 constexpr double kNearBound = 1e-6;  // in scaled parameters: an interior point ends this near where a bound holds it
 
 /// The problem as Ipopt asks for it. One linearisation answers for value, gradient and Hessian at a point.
@@ -84,7 +84,7 @@ class Asked final : public Ipopt::TNLP {
     small_steps_ = previous_ - value < options_.relative_decrease * std::abs(previous_) ? small_steps_ + 1 : 0;
     previous_ = value;
     // J'J alone is nearly singular, and Ipopt adds to a Hessian only where its inertia is wrong.
-    if (iteration > 0) damping = step < kWholeStep ? damping * 4 : step > kLongStep ? damping / 4 : damping;
+    if (iteration > 0) damping = step < kHalfStep ? damping * 4 : step > kLongStep ? damping / 4 : damping;
     damping = std::max(damping, kLeastHessianDamping);
     // A step that had to be cut short gains little without being near a minimum.
     settled = small_steps_ >= options_.patience && step > kWholeStep;

@@ -1,5 +1,7 @@
 #include "variants/subspace/n4sid.hpp"
 
+#include <fmt/format.h>
+
 #include "core/identify/input_matrices.hpp"
 #include "core/model/linear.hpp"
 
@@ -54,8 +56,8 @@ class N4sid final : public HankelEstimator {
 
   /// States from projections: with Z_i = Y_f / [W_p; U_f] and Z_(i+1) one block row on,
   ///   [Gamma_(i-1)^+ Z_(i+1); Y_i] = [A; C] Gamma_i^+ Z_i + K [1; U_f] + rest.
-  void recover(const HankelRq& rq, ConstMatrixRef gamma, ConstMatrixRef u, ConstMatrixRef y,
-               LinearEstimate& estimate) const override {
+  std::string recover(const HankelRq& rq, ConstMatrixRef gamma, ConstMatrixRef u, ConstMatrixRef y,
+                      LinearEstimate& estimate) const override {
     const Index n = gamma.cols(), p = rq.p, known = rq.known();
     const States states(rq, Past(rq, options_.rank_tolerance));
     const Matrix right = states.next(gamma, p);
@@ -67,19 +69,14 @@ class N4sid final : public HankelEstimator {
     model.A = stabilised(A);
     model.C = C;
     estimate.stabilised = model.A != A;
-    if (options_.input_matrices == "simulation") {
-      InputMatrices rest = estimate_input_matrices(model.A, C, u, y, rq.m);
-      model = std::move(rest.model);
-      estimate.x0 = std::move(rest.x0);
-      estimate.condition = rest.condition;
-      return;
-    }
+    if (options_.input_matrices == "simulation") return simulated_outputs(model.A, C, u, y, estimate);
     const Matrix again = observability(model.A, C, rq.future);
     const Matrix offset = options_.algorithm == "robust"
                               ? Matrix(states.next(again, p) - stacked(model.A, C) * states.now(again))
                               : Matrix(fit.middleCols(n, known) * states.known);
-    solve_for_inputs(rq, again, states, offset, estimate);
+    const std::string undetermined = solve_for_inputs(rq, again, states, offset, estimate);
     estimate_start(u, y, estimate.model, estimate.x0);
+    return undetermined;
   }
 
  private:
@@ -129,8 +126,8 @@ class N4sid final : public HankelEstimator {
   }
 
   /// B and D from  offset = sum_j N_j [D; B] u_j + constant,  N_j from the Toeplitz matrices (eqs. 4.52 to 4.57).
-  static void solve_for_inputs(const HankelRq& rq, const Matrix& gamma, const States& states, const Matrix& offset,
-                               LinearEstimate& estimate) {
+  static std::string solve_for_inputs(const HankelRq& rq, const Matrix& gamma, const States& states,
+                                      const Matrix& offset, LinearEstimate& estimate) {
     const Index n = gamma.cols(), p = rq.p, m = rq.m, s = rq.future, rows = n + p;
     const Matrix inverse = pseudo_inverse(gamma), shorter = pseudo_inverse(gamma.topRows(p * (s - 1)));
     const Matrix dynamics = stacked(estimate.model.A, estimate.model.C) * inverse;
@@ -154,6 +151,9 @@ class N4sid final : public HankelEstimator {
     estimate.model.D = matrices.topRows(p);
     estimate.model.B = matrices.bottomRows(n);
     estimate.condition = found.condition;
+    if (found.rank == rows * m) return "";
+    return fmt::format("the record determines {} of the {} numbers in B and D: are inputs collinear?", found.rank,
+                       rows * m);
   }
 
   N4sidOptions options_;

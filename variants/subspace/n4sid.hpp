@@ -28,7 +28,8 @@ struct N4sidOptions {
           "own equations");
     visit("rank_tolerance", rank_tolerance, Range{0, 1}, "-",
           "directions of the past below it times the largest are left out of the pseudo-inverse: a drive of 10 Hz at "
-          "200 Hz leaves it a condition of 1e8");
+          "200 Hz leaves it a condition of 1e8. A value near 0.1 also leaves out most of what the force of a "
+          "nonlinearity adds to past outputs");
   }
 };
 
