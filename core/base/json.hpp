@@ -36,8 +36,8 @@ class JsonCursor {
  public:
   /// Parses a file. UserError if it cannot be read, is not JSON (line and column named) or repeats a key in an object.
   static JsonCursor load(const std::filesystem::path& file);
-  /// A cursor over a value that is already in memory; `source` stands for the file in messages, and names of files in it
-  /// are relative to `directory`.
+  /// A cursor over a value that is already in memory; `source` stands for the file in messages, and names of files in
+  /// it are relative to `directory`.
   static JsonCursor from(Json value, std::string source, std::filesystem::path directory = {});
 
   bool has(std::string_view key) const;                        ///< counts as asking for the key

@@ -21,10 +21,13 @@ class StaticGain final : public InputReconstructor {
   Reconstruction reconstruct(ConstMatrixRef, ConstMatrixRef, ConstMatrixRef, ConstMatrixRef Dt, ConstMatrixRef z,
                              ConstVectorRef noise_std) const override {
     Reconstruction result;
+    if (!all_finite(z) || !all_finite(noise_std)) {
+      result.status = Status::not_finite;
+      result.message = "the residual or its noise is not finite";
+      return result;
+    }
     result.status = Status::rank_deficient;
     result.message = "the direct term has no full column rank";
-    if (!all_finite(z) || !all_finite(noise_std)) result = {.status = Status::not_finite, .message = "not finite"};
-    if (result.status == Status::not_finite) return result;
     const LeastSquares fit =
         least_squares(noise_std.cwiseInverse().asDiagonal() * Dt, noise_std.cwiseInverse().asDiagonal() * z);
     if (fit.rank < Dt.cols()) return result;

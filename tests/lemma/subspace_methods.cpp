@@ -67,7 +67,7 @@ TEST_CASE("every subspace method: Markov parameters and poles come back from noi
     }
 }
 
-TEST_CASE("every subspace method: output noise leaves the Markov parameters as the record grows") {
+TEST_CASE("every subspace method: output noise leaves the Markov parameters as the record grows", "[slow]") {
   // Past outputs carry coloured noise into the future outputs: methods that use them need the noise's states in the
   // order. Past inputs do not, and need none.
   Random random = numbers(152);

@@ -4,8 +4,8 @@
 /// orthonormal,
 ///   x_(k+1|k) = (A - Bt G C) x_(k|k-1) + Bt G z_k + L N R^(-1/2) (z_k - C x_(k|k-1)),
 ///   f_k = G (z_k - C x_(k|k)),   x_(k|k) = x_(k|k-1) + M N R^(-1/2) (z_k - C x_(k|k-1)).
-/// L and M are the gains of the Kalman filter of that system: N R^(-1/2) v and G v are uncorrelated by the choice of G. No
-/// model of f is needed; the observer is the limit of the filtered stable dynamic inversion for Q_eta -> infinity.
+/// L and M are the gains of the Kalman filter of that system: N R^(-1/2) v and G v are uncorrelated by the choice of G.
+/// No model of f is needed; the observer is the limit of the filtered stable dynamic inversion for Q_eta -> infinity.
 ///
 /// Without a direct term the same holds for z_(k+1) = C A x_k + C Bt f_k + v_(k+1): f_k is known one sample late.
 ///
