@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <exception>
+
 namespace wheelhop {
 namespace {
 
-/// A problem whose answers are counted, and refused once a number of them was given.
+/// A problem whose answers are counted, and refused once a number of them was given. What the problem throws is kept
+/// and thrown again by minimise(): other people's libraries need not let it through.
 class CountedProblem final : public ResidualProblem {
  public:
   CountedProblem(const ResidualProblem& problem, Index most) : problem_(problem), most_(most) {}
@@ -14,26 +17,37 @@ class CountedProblem final : public ResidualProblem {
   Index residuals() const override { return problem_.residuals(); }
   Box box() const override { return problem_.box(); }
   bool residual(ConstVectorRef theta, VectorRef r) const override {
-    return count(counted.costs) && problem_.residual(theta, r);
+    return ask(counted.costs, [&] { return problem_.residual(theta, r); });
   }
   bool cost(ConstVectorRef theta, double& cost) const override {
-    return count(counted.costs) && problem_.cost(theta, cost);
+    return ask(counted.costs, [&] { return problem_.cost(theta, cost); });
   }
   bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
-    return count(counted.linearisations) && problem_.jacobian(theta, r, J);
+    return ask(counted.linearisations, [&] { return problem_.jacobian(theta, r, J); });
   }
   bool normal_equations(ConstVectorRef theta, double& cost, Vector& gradient, Matrix& gauss_newton) const override {
-    return count(counted.linearisations) && problem_.normal_equations(theta, cost, gradient, gauss_newton);
+    return ask(counted.linearisations, [&] { return problem_.normal_equations(theta, cost, gradient, gauss_newton); });
   }
 
   mutable Evaluations counted;
   mutable bool refused = false;  ///< an answer was asked for beyond the budget
+  mutable std::exception_ptr thrown;
 
  private:
-  bool count(Index& kind) const {
-    refused = counted.total() >= most_;
-    if (!refused) ++kind;
-    return !refused;
+  template <class Answer>
+  bool ask(Index& kind, const Answer& answer) const {
+    if (thrown) return false;
+    if (counted.total() >= most_) {
+      refused = true;
+      return false;
+    }
+    ++kind;
+    try {
+      return answer();
+    } catch (...) {
+      thrown = std::current_exception();
+      return false;
+    }
   }
 
   const ResidualProblem& problem_;
@@ -71,6 +85,7 @@ Solution Solver::minimise(const ResidualProblem& problem, ConstVectorRef theta0,
   }
   const CountedProblem counted(problem, budget.evaluations);
   Solution solution = search(counted, theta0, budget);
+  if (counted.thrown) std::rethrow_exception(counted.thrown);
   solution.evaluations = counted.counted;
   if (counted.refused && solution.status != Status::outside_domain) {
     solution.status = Status::iteration_limit;

@@ -84,7 +84,8 @@ class Solver {
   /// The best point that the search finds within the budget.
   /// @param theta0 inside the problem's box, as every theta asked for later
   /// Status: unavailable if the problem has bounds and the method takes none; iteration_limit if either cap ended the
-  /// search; else what the method says. The problem's answers are counted here, never by the method.
+  /// search; else what the method says. The problem's answers are counted here, never by the method. Throws what the
+  /// problem throws.
   Solution minimise(const ResidualProblem& problem, ConstVectorRef theta0, const Budget& budget) const;
 
  protected:

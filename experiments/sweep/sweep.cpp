@@ -97,6 +97,7 @@ void count_near_best(const Grid& grid, const std::vector<std::vector<Json>>& by_
   const auto problem_of = [&](std::size_t c, const Json& row) {
     Json config = grid.cells[c].config.effective;
     config.erase("solver");
+    config.erase("as_printed");  // which repeats the solver
     return config.dump() + row["realisation"].dump();
   };
   for (const char* column : {"map_cost", "joint_cost"}) {

@@ -128,3 +128,24 @@ TEST_CASE("solvers with the same problem reach the same minimum") {
     CHECK(cost < 1.001 * least);
   }
 }
+
+TEST_CASE("what a problem throws comes out of every solver, through whichever library it runs") {
+  struct Throwing final : ResidualProblem {
+    Index parameters() const override { return 3; }
+    Index residuals() const override { return 20; }
+    bool residual(ConstVectorRef theta, VectorRef r) const override {
+      if (++answers > 3) throw UserError("the problem is broken");
+      return curves.residual(theta, r);
+    }
+    bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
+      if (++answers > 3) throw UserError("the problem is broken");
+      return curves.jacobian(theta, r, J);
+    }
+    Curves curves;
+    mutable Index answers = 0;
+  };
+  for (const auto& [name, solver] : solvers()) {
+    CAPTURE(name);
+    CHECK_THROWS_WITH(solver->minimise(Throwing{}, kStart, {200, 200}), "the problem is broken");
+  }
+}
