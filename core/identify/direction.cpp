@@ -118,7 +118,8 @@ Direction estimate_direction(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef 
   for (Index start = 0; start < options.starts; ++start) {
     const Matrix guess = random.normal(problem.rows(), q);
     const Solution solution = solver.minimise(problem, guess.reshaped(), options.iterations);
-    if (!solution.theta.allFinite() || solution.status == Status::outside_domain) continue;
+    if (solution.status != Status::ok && solution.status != Status::iteration_limit) continue;
+    if (!solution.theta.allFinite()) continue;
     costs.push_back(solution.cost);
     if (solution.cost < least) {
       least = solution.cost;

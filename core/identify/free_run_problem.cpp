@@ -134,8 +134,12 @@ Refinement refine(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef
     const auto with_weights = with_prior(problem, Vector::Zero(precision.size()), variance * precision);
     const Index done = solution.iterations, left = budget.iterations - done;
     const Evaluations before_stage = solution.evaluations;
-    solution = solver.minimise(*with_weights, solution.theta,
-                               {halved ? std::min(kStage, left) : left, budget.evaluations - before_stage.total()});
+    Solution stage =
+        solver.minimise(*with_weights, solution.theta,
+                        {halved ? std::min(kStage, left) : left, budget.evaluations - before_stage.total()});
+    // A later stage may find no derivatives where the one before ended: that one stands.
+    if (stage.status == Status::outside_domain && done > 0) break;
+    solution = std::move(stage);
     solution.iterations += done;
     solution.evaluations.costs += before_stage.costs;
     solution.evaluations.linearisations += before_stage.linearisations;

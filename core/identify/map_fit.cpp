@@ -1,5 +1,7 @@
 #include "core/identify/map_fit.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -49,7 +51,7 @@ class MapProblem final : public ResidualProblem {
     const Eigen::HouseholderQR<Matrix> qr(rest(affine_, features(alpha)));
     Matrix both = curved_f_;
     both.applyOnTheLeft(qr.householderQ().adjoint());
-    both.topRows(map_->features()).setZero();
+    both.topRows(std::min(map_->features(), both.rows())).setZero();
     both.applyOnTheLeft(qr.householderQ());
     r = both.reshaped();
     return r.allFinite();
@@ -184,6 +186,12 @@ MapFit fit_static_map(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrix
   MapFit best;
   best.residual = std::numeric_limits<double>::infinity();
   const std::vector<Index> chosen = chosen_samples(f, options.samples);
+  const Index unknowns = prototype.features() + 1 + xi.rows();
+  if (static_cast<Index>(chosen.size()) < unknowns + f.rows()) {
+    best.status = Status::rank_deficient;
+    best.message = fmt::format("{} samples are too few for a map with {} weights an output", chosen.size(), unknowns);
+    return best;
+  }
   const Matrix points = xi(Eigen::all, chosen), targets = f(Eigen::all, chosen);
   const MapProblem problem(prototype, points, targets);
   // Without inner parameters every start would be the same.
@@ -194,7 +202,8 @@ MapFit fit_static_map(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrix
     Vector alpha = map->alpha;
     if (problem.parameters() > 0) {
       const Solution solution = solver.minimise(problem, alpha, options.budget);
-      if (solution.status == Status::outside_domain || !solution.theta.allFinite()) continue;
+      if (solution.status != Status::ok && solution.status != Status::iteration_limit) continue;
+      if (!solution.theta.allFinite()) continue;
       alpha = solution.theta;
     }
     Matrix linear;

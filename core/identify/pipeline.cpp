@@ -115,7 +115,7 @@ void find_direction(const Run& run, Extended& system, PipelineResult& result) {
       return;
     }
     direction.Bt = system.linear.B.leftCols(q);
-    direction.Dt = system.linear.D.leftCols(q);
+    direction.Dt = run.options.direct_term ? Matrix(system.linear.D.leftCols(q)) : Matrix::Zero(run.y.rows(), q);
     // No estimate of what f cannot explain exists here; a twentieth keeps the inversion close to the residual.
     direction.channel_residual = 0.05 * rms(run.residual(system));
     direction.status = Status::ok;
@@ -147,7 +147,7 @@ InputTrajectory reconstruct(const Run& run, Extended& system, const Vector& chan
   pass.input_variance = inverse.input_variance;
   if (inverse.status != Status::ok) return {};
   InputTrajectory along{std::move(inverse.f), {}, inverse.first, inverse.last - inverse.first};
-  if (along.count < run.y.rows() + 1) {
+  if (along.count < 2 + run.u.rows() + 2 * system.linear.order()) {  // rows of eq. (4), and one step
     pass.status = Status::rank_deficient;
     pass.message = fmt::format("{} calls {} of {} samples trustworthy", run.pieces.inversion.name(),
                                std::max<Index>(along.count, 0), run.y.cols());

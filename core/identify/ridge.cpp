@@ -1,6 +1,7 @@
 #include "core/identify/ridge.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -54,6 +55,8 @@ class RidgeSearch {
     if (run.status != Status::ok) return {};
     const Matrix xi = points(model, run);
     const std::unique_ptr<StaticMap> map = make_ridge_(xi.rows(), form);
+    if (map->inner_parameters() != xi.rows())
+      throw UserError(map->name() + ": expected one direction, alpha of as many values as the map has inputs");
     map->alpha = t;
     MapFit fit;
     double sign = 1;
@@ -166,7 +169,9 @@ Maybe fit_ridge(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u
   Maybe odd = search.refined(best->model, best->x0, best->model.map->alpha, {.degree = degrees.any, .odd = true});
   const bool is_odd = search.criterion(odd) < search.criterion(best);
   if (is_odd) best = std::move(odd);
-  if (const Index kept = search.needed(*best); kept < best->model.map->features()) {
+  // A polynomial has the cube at least.
+  const Index kept = is_odd ? search.needed(*best) : std::max<Index>(search.needed(*best), 2);
+  if (kept < best->model.map->features()) {
     Maybe fewer = search.refined(best->model, best->x0, best->model.map->alpha,
                                  {.degree = is_odd ? 2 * kept + 1 : kept + 1, .odd = is_odd});
     if (search.criterion(fewer) < search.criterion(best)) best = std::move(fewer);

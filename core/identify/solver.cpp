@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <exception>
+#include <limits>
 
 namespace wheelhop {
 namespace {
@@ -81,6 +82,7 @@ Solution Solver::minimise(const ResidualProblem& problem, ConstVectorRef theta0,
     refused.status = Status::unavailable;
     refused.message = name() + " keeps no bounds, and this problem has some";
     refused.theta = theta0;
+    refused.cost = std::numeric_limits<double>::infinity();
     return refused;
   }
   const CountedProblem counted(problem, budget.evaluations);

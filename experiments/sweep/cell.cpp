@@ -133,9 +133,13 @@ void measure_pipeline(const Grid& grid, const ReproduceConfig& config, const Sim
   put_status(row, status, message);
 }
 
+bool usable(const Solution& solution) {
+  return solution.status == Status::ok || solution.status == Status::iteration_limit;
+}
+
 void put_solution(Json& row, const std::string& problem, double start, const Solution& solution) {
   row[problem + "_start_cost"] = start;
-  row[problem + "_cost"] = solution.cost;
+  if (usable(solution)) row[problem + "_cost"] = solution.cost;
   row[problem + "_status"] = std::string(to_string(solution.status));
   row[problem + "_message"] = solution.message;
   row[problem + "_evaluations"] = solution.evaluations.total();
@@ -163,6 +167,10 @@ void measure_solver(const Grid& grid, const ReproduceConfig& config, const Simul
   xi << along.x(Eigen::all, every), u(Eigen::all, every);
   const Matrix f = along.f(Eigen::all, every);
   const auto map = pieces.make_map(xi.rows(), f.rows());
+  if (xi.cols() < map->features() + 1 + xi.rows() + f.rows()) {
+    put_status(row, Status::rank_deficient, fmt::format("preparation: {} samples are too few for the map", xi.cols()));
+    return;
+  }
   map->initialise(xi, f, random);
   const Solver& solver = *config.pieces.solver.piece;
   const Budget budget{Budget::kUnlimited, grid.evaluations};
@@ -177,7 +185,6 @@ void measure_solver(const Grid& grid, const ReproduceConfig& config, const Simul
   static_cast<void>(joint->cost(theta, cost));
   const Solution of_joint = solver.minimise(*joint, theta, budget);
   put_solution(row, "joint", cost, of_joint);
-  const auto usable = [](const Solution& s) { return s.status == Status::ok || s.status == Status::iteration_limit; };
   const Solution& worse = usable(of_map) ? of_joint : of_map;
   put_status(row, usable(worse) ? Status::ok : worse.status, usable(worse) ? "" : worse.message);
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -40,13 +41,25 @@ Value read_value(const JsonCursor& cursor, const std::string& axis) {
   return value;
 }
 
-/// Sets config[a][b] for the path "a.b".
-void set_path(Json& config, const std::string& path, const Json& value) {
+/// Columns of rows and tables that an axis may not be called.
+bool is_reserved(const std::string& name) {
+  static const std::vector<std::string> words = {
+      "cell",           "realisation", "config_hash",        "status", "message", "n",           "n_ok",
+      "failures",       "columns",     "config_beside_base", "order",  "gap",     "instruments", "map",
+      "map_parameters", "stabilised",  "best_pass"};
+  return std::find(words.begin(), words.end(), name) != words.end();
+}
+
+/// Sets config[a][b] for the path "a.b". @param where for messages
+void set_path(Json& config, const std::string& path, const Json& value, const std::string& where) {
   Json* at = &config;
   std::size_t from = 0;
   for (std::size_t dot; (dot = path.find('.', from)) != std::string::npos; from = dot + 1) {
     at = &(*at)[path.substr(from, dot - from)];
     if (at->is_null()) *at = Json::object();
+    if (!at->is_object())
+      throw UserError(fmt::format("{}: \"{}\" leads through \"{}\", which is no object in the base config", where, path,
+                                  path.substr(0, dot)));
   }
   (*at)[path.substr(from)] = value;
 }
@@ -65,6 +78,7 @@ std::vector<std::vector<Value>> read_axes(const JsonCursor& list, std::vector<Ax
     const std::string name = item.at("name").string();
     for (const Axis& other : axes)
       if (other.name == name) item.at("name").fail("a name that no other axis has");
+    if (is_reserved(name)) item.at("name").fail("a name that is no column of the results");
     std::vector<Value> values;
     std::vector<std::string> labels;
     for (const JsonCursor& value : item.at("values").items()) {
@@ -110,9 +124,9 @@ Grid read_grid(const std::filesystem::path& file) {
     std::string where = file.string() + ": $.axes";
     for (std::size_t i = 0; i < values.size(); ++i) {
       const Value& value = values[i][at[i]];
-      for (const auto& [path, wanted] : value.set) set_path(config, path, wanted);
       cell.labels.push_back(value.label);
       where += fmt::format("{}{} = {}", i == 0 ? " (" : ", ", grid.axes[i].name, value.label);
+      for (const auto& [path, wanted] : value.set) set_path(config, path, wanted, where + ")");
     }
     cell.config = parse_reproduce_config(JsonCursor::from(std::move(config), where + ")", base.directory()));
     cell.hash = hash_of(grid.effective.dump() + cell.config.effective.dump());

@@ -27,7 +27,7 @@ struct Axis {
 struct Cell {
   std::vector<std::string> labels;  ///< one an axis
   ReproduceConfig config;
-  std::string hash;  ///< of the effective config and the measure
+  std::string hash;  ///< of the cell's effective config and of the grid it stands in
 };
 
 struct Grid {

@@ -126,5 +126,10 @@ TEST_CASE("a bad sweep is refused with file and path before anything is computed
   CHECK_THAT(refused([](Json& c) { c["axes"][1]["values"][1]["set"]["subspace"]["blok_rows"] = 3; }),
              Contains("method = cva") && Contains("block_rows"));
   CHECK_THAT(refused([](Json& c) { c["axes"][1]["values"][1]["label"] = "pi"; }), Contains("label"));
+  CHECK_THAT(refused([](Json& c) { c["axes"][1]["name"] = "n_ok"; }), Contains("$.axes[1].name"));
+  CHECK_THAT(refused([](Json& c) {
+               c["axes"][1]["values"][1]["set"] = {{"seed.x", 1}};
+             }),
+             Contains("seed.x") && Contains("no object"));
   CHECK_THAT(refused([](Json& c) { c["base"] = "none.json"; }), Contains("none.json"));
 }

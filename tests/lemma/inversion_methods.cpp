@@ -175,6 +175,16 @@ TEST_CASE("Devasia: every way to square down finds f, and the combination is the
   CHECK_THAT(beyond.message, Catch::Contains("3 outputs"));
 }
 
+TEST_CASE("Devasia: unknown inputs that show at different samples are refused, not inverted wrongly") {
+  Random random = numbers(166);
+  LinearModel system = random_linear(4, 2, 2, 0.85, random);
+  system.D.col(1) = 2 * system.D.col(0);  // one combination of the inputs shows at once, the other a sample later
+  const Reconstruction refused =
+      invert(*make_devasia({}), system, simulate(system, smooth_input(2, 600), Vector::Zero(4)).y);
+  CHECK(refused.status == Status::rank_deficient);
+  CHECK_THAT(refused.message, Catch::Contains("relative degree"));
+}
+
 TEST_CASE("existence conditions: more unknown inputs than the direct term shows are refused by number") {
   Random random = numbers(165);
   LinearModel system = random_linear(4, 2, 3, 0.85, random);

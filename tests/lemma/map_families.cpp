@@ -84,6 +84,16 @@ TEST_CASE("a polynomial has the terms of its degree, and a cubic of many inputs 
   CHECK_THROWS_WITH(make_polynomial(30, 1, {.degree = 7}), Catch::Contains("degree 7") && Catch::Contains("lower"));
 }
 
+TEST_CASE("a map with more weights than samples is refused with both numbers") {
+  Random random = numbers(181);
+  for (const Index samples : {1, 5, 8}) {
+    const MapFit fit = fit_static_map(*make_rbf(3, 1, {.hidden_units = 4}), random.normal(3, samples),
+                                      random.normal(1, samples), {}, *make_levenberg_marquardt({}), random);
+    CHECK(fit.status == Status::rank_deficient);
+    CHECK_THAT(fit.message, Catch::Contains(std::to_string(samples)) && Catch::Contains("8"));
+  }
+}
+
 TEST_CASE("basis_of many points is basis of each, for every map") {
   Random random = numbers(180);
   const Matrix xi = random.normal(4, 50);

@@ -68,6 +68,14 @@ struct Inverter {
     double size = W.norm() * Dt.norm();
     Index r = 0;
     for (; singular(M, size) && r < n; ++r) {
+      if (M.norm() > kSingular * size) {
+        result.message = fmt::format(
+            "the squared-down system has no uniform relative degree: some of the {} unknown inputs show after {} "
+            "samples, "
+            "others later",
+            q, r);
+        return result;
+      }
       M = row * Bt;
       size = row.norm() * Bt.norm();
       row = row * A;

@@ -1,7 +1,8 @@
 /// \file
 /// Stable non-causal inversion (Devasia, Chen & Paden 1996, "Nonlinear preview control, or stable inversion", IEEE
 /// Trans. Automatic Control 41; in discrete time). The p outputs are squared down to q, v = W R^(-1/2) z; with r the
-/// least number for which M = W C A^(r-1) Bt (r = 0: W Dt) is invertible,
+/// least number for which M = W C A^(r-1) Bt (r = 0: W Dt) is invertible, and zero for all lesser ones (a uniform
+/// relative degree),
 ///   f_k = M^-1 (v_(k+r) - W C A^r x_k),   x_(k+1) = A x_k + Bt f_k.
 /// The poles of that inverse are the zeros of the squared-down system. Those inside the unit circle run forward in
 /// time, those outside backward, each from zero at its end of the record.

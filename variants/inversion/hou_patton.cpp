@@ -57,7 +57,9 @@ class HouPatton final : public InputReconstructor {
           design_kalman_filter(inner, N * out.C, into * into.transpose(), Matrix::Identity(p - q, p - q));
       result.spectral_radius = filter.spectral_radius;
       result.status = filter.status;
-      result.message = fmt::format("existence condition 2 (a zero on or outside the unit circle): {}", filter.message);
+      result.message = filter.status == Status::not_stabilisable
+                           ? "existence condition 2 (a zero on or outside the unit circle): " + filter.message
+                           : "Riccati equation: " + filter.message;
       if (filter.status != Status::ok) return result;
       gain = filter.K * N;
       update = filter.P * (N * out.C).transpose() * filter.S_inverse * N;

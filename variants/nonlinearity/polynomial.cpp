@@ -124,6 +124,8 @@ std::unique_ptr<StaticMap> make_polynomial(Index inputs, Index outputs, const Po
         fmt::format("polynomial: degree {} of {} inputs (order and inputs of the model) has {:.0f} terms, "
                     "more than {:.0f}; lower the degree",
                     options.degree, inputs, terms, kMostTerms));
+  if (options.odd && options.degree < 3)
+    throw UserError("polynomial: odd terms begin with degree 3, found degree 2; raise the degree or set odd to false");
   return std::make_unique<Polynomial>(inputs, outputs, options);
 }
 

@@ -141,7 +141,9 @@ class TrustRegion final : public Solver {
     found.iterations += std::max<Index>(static_cast<Index>(summary.iterations.size()) - 1, 0);
     found.message = summary.message;
     gained = (summary.initial_cost - summary.final_cost) > options_.relative_decrease * summary.initial_cost;
-    found.status = summary.termination_type == ceres::NO_CONVERGENCE ? Status::iteration_limit : Status::ok;
+    found.status = summary.termination_type == ceres::CONVERGENCE      ? Status::ok
+                   : summary.termination_type == ceres::NO_CONVERGENCE ? Status::iteration_limit
+                                                                       : Status::failed;
     return true;
   }
 

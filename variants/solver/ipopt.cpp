@@ -1,6 +1,8 @@
 #include "variants/solver/ipopt.hpp"
 
 #ifdef WHEELHOP_HAS_IPOPT
+#include <fmt/format.h>
+
 #include <coin/IpIpoptApplication.hpp>
 #include <coin/IpTNLP.hpp>
 
@@ -148,8 +150,16 @@ class InteriorPoint final : public Solver {
         message = "iteration limit reached";
         break;
       }
+      const bool stopped_short = end == Ipopt::User_Requested_Stop ||
+                                 end == Ipopt::Search_Direction_Becomes_Too_Small || end == Ipopt::Restoration_Failed ||
+                                 end == Ipopt::Error_In_Step_Computation;
       if (asked->settled || end == Ipopt::Solve_Succeeded || end == Ipopt::Solved_To_Acceptable_Level) {
         message = asked->settled ? "relative decrease below tolerance" : "optimality tolerance met";
+        break;
+      }
+      if (!stopped_short) {
+        status = Status::failed;
+        message = fmt::format("Ipopt ended with its status {}", static_cast<int>(end));
         break;
       }
     }

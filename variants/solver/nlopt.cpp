@@ -4,6 +4,7 @@
 #include <nlopt.h>
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 #include "variants/solver/scaled.hpp"
@@ -63,12 +64,14 @@ class Nlopt final : public Solver {
     Vector z = Vector::Zero(n);
     double value = 0;
     const nlopt_result end = nlopt_optimize(optimiser.get(), z.data(), &value);
+    if (asked.thrown) std::rethrow_exception(asked.thrown);
     const Index iterations = (asked.answers + an_iteration - 1) / an_iteration;
     if (end == NLOPT_MAXEVAL_REACHED)
       return asked.problem.solution(Status::iteration_limit, "iteration limit reached", iterations);
-    if (end > 0 || end == NLOPT_ROUNDOFF_LIMITED || asked.answers > 1)
-      return asked.problem.solution(
-          Status::ok, end > 0 ? "relative decrease below tolerance" : "no step reduces the cost further", iterations);
+    // Its general failure is what line searches end with where no step gains.
+    const bool no_step = end == NLOPT_ROUNDOFF_LIMITED || (end == NLOPT_FAILURE && asked.answers > 1);
+    if (end > 0) return asked.problem.solution(Status::ok, "relative decrease below tolerance", iterations);
+    if (no_step) return asked.problem.solution(Status::ok, "no step reduces the cost further", iterations);
     return asked.problem.solution(Status::failed, nlopt_result_to_string(end), iterations);
   }
 
@@ -77,6 +80,7 @@ class Nlopt final : public Solver {
     ScaledProblem problem;
     bool gradients;
     nlopt_opt optimiser = nullptr;
+    std::exception_ptr thrown = nullptr;
     Index answers = 0;
     double largest = 1;
     Vector gradient = {};
@@ -85,13 +89,22 @@ class Nlopt final : public Solver {
 
   static double answer(unsigned n, const double* at, double* slopes, void* data) {
     Asked& asked = *static_cast<Asked*>(data);
-    const Eigen::Map<const Vector> z(at, n);
+    try {
+      return answer(Eigen::Map<const Vector>(at, n), slopes, asked);
+    } catch (...) {  // not through the frames of a C library
+      asked.thrown = std::current_exception();
+      nlopt_force_stop(asked.optimiser);
+      return asked.largest;
+    }
+  }
+
+  static double answer(const Vector& z, double* slopes, Asked& asked) {
     double value = 0;
     const bool inside = z.allFinite() && (asked.gradients ? asked.problem.derivatives(z, value, asked.gradient, asked.H)
                                                           : asked.problem.value(z, value));
     ++asked.answers;
     if (!inside) {
-      if (slopes != nullptr) std::fill(slopes, slopes + n, 0.0);
+      if (slopes != nullptr) std::fill(slopes, slopes + z.size(), 0.0);
       return 10 * asked.largest;
     }
     asked.largest = std::max(asked.largest, value);
