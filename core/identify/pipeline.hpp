@@ -77,7 +77,7 @@ struct Scaling {
 /// The auxiliary input along the training record and the states it leads to, of unit covariance.
 struct InputTrajectory {
   Matrix f, x;                 ///< q x N, n x N
-  Index first = 0, count = 0;  ///< samples that the inversion calls trustworthy; the rest is not fitted to
+  Index first = 0, count = 0;  ///< samples that the inversion calls trustworthy; no map is fitted to the rest
 };
 
 /// One round of steps 3 to 5.
