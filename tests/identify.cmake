@@ -13,4 +13,5 @@ wheelhop_tests(identify wheelhop_variants
   lemma/inversion_methods.cpp
   lemma/map_families.cpp
   lemma/solver_budget.cpp
+  lemma/pipeline.cpp
   conformance/pieces.cpp)

@@ -35,9 +35,13 @@ LinearEstimate HankelEstimator::identify(ConstMatrixRef u, ConstMatrixRef y, Ind
     return estimate;
   }
   estimate.status = Status::rank_deficient;
-  if (order >= s || order > m * past) {
-    estimate.message =
-        fmt::format("order {} needs block_rows above it and at least as many past inputs (s = {})", order, s);
+  if (order >= s) {
+    estimate.message = fmt::format("order {} needs more than {} block rows; there are {}", order, order, s);
+    return estimate;
+  }
+  if (order > m * past) {
+    estimate.message = fmt::format("order {} needs as many past inputs; {} past block rows of {} inputs are {}", order,
+                                   past, m, m * past);
     return estimate;
   }
   if (const RecordNeeds least = needs(m, p); u.cols() < least.samples) {

@@ -36,6 +36,8 @@ struct ColumnSpace {
 /// @return how many are used: at least 1 if any is positive
 Index used_directions(ConstVectorRef directions, double tolerance);
 
+/// The shared step; a method overrides column_space() and recover().
+/// Cost O(N (m + p)^2 (s + s_past)^2) for the triangular factor, with which the singular values do not depend on N.
 class HankelEstimator : public SubspaceEstimator {
  public:
   RecordNeeds needs(Index inputs, Index outputs) const final;

@@ -53,7 +53,7 @@ struct Reconstruction {
   std::string message;
   Matrix f;                    ///< q x N; column k belongs to sample k - delay
   Index delay = 0;             ///< samples by which a method cannot help being late; without_delay() undoes it
-  Index first = 0, last = 0;   ///< columns [first, last) that are trustworthy; no map is fitted to the others
+  Index first = 0, last = 0;   ///< columns [first, last) that are trustworthy; nothing is fitted to the others
   double input_variance = 0;   ///< Q_eta used (ratio to R_v's scale), 0 where the method has none
   double log_likelihood = 0;   ///< of the innovations, common scale concentrated out; 0 where the method has none
   double spectral_radius = 0;  ///< of the inverse system

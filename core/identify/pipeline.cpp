@@ -33,11 +33,12 @@ Extended split_inputs(const LinearModel& both, const Vector& x0, Index m) {
   return result;
 }
 
-/// Coordinates in which the states have unit covariance along the trajectory x.
-void whiten(Extended& system, Matrix& x) {
-  const Vector mean = x.rowwise().mean();
-  const Matrix centred = x.colwise() - mean;
-  const Matrix covariance = centred * centred.transpose() / static_cast<double>(x.cols());
+/// Coordinates in which the states have unit covariance on the samples [first, first + count) of the trajectory x.
+void whiten(Extended& system, Matrix& x, Index first, Index count) {
+  const auto part = x.middleCols(first, count);
+  const Vector mean = part.rowwise().mean();
+  const Matrix centred = part.colwise() - mean;
+  const Matrix covariance = centred * centred.transpose() / static_cast<double>(count);
   const Matrix root = symmetric_sqrt(covariance);
   const Matrix T = solve(root, Matrix::Identity(root.rows(), root.cols()));
   if (!all_finite(T)) return;
@@ -63,6 +64,7 @@ void whiten_auxiliary(Extended& system, InputTrajectory& along) {
 struct Run {
   ConstMatrixRef u, y;
   double sample_time_s;
+  Index skip;  // samples at the start whose errors the refinements do not count
   const PipelineOptions& options;
   const Pieces& pieces;
   Random& random;
@@ -87,15 +89,16 @@ Extended identify_linear(const Run& run, PipelineResult& result) {
   Extended system{result.linear.model, Matrix::Zero(result.linear.order_used, run.options.nonlinearities), Matrix(),
                   result.linear.x0};
   Matrix x = simulate(system.linear, run.u, system.x0).x;
-  whiten(system, x);
+  whiten(system, x, 0, x.cols());
   if (run.options.linear_iterations > 0) {
     const Refinement refined = refine(without_map(system.linear), system.x0, run.u, run.y, Vector::Ones(run.y.rows()),
-                                      0, run.pieces.solver, run.options.linear_iterations);
+                                      run.skip, run.pieces.solver, run.options.linear_iterations);
+    result.output_error = refined.solution;
     if (usable(refined.solution) && spectral_radius(refined.model.linear.A) < 1) {
       system.linear = refined.model.linear;
       system.x0 = refined.x0;
       x = simulate(system.linear, run.u, system.x0).x;
-      whiten(system, x);
+      whiten(system, x, 0, x.cols());
       result.linear.spectral_radius = spectral_radius(system.linear.A);
     }
   }
@@ -160,7 +163,7 @@ InputTrajectory reconstruct(const Run& run, Extended& system, const Vector& chan
   both.D = Matrix(run.y.rows(), both.B.cols());
   both.D << system.linear.D, system.Dt;
   along.x = simulate(both, stacked(run.u, along.f), system.x0).x;
-  whiten(system, along.x);
+  whiten(system, along.x, along.first, along.count);
   pass.split =
       decompose(along.x.middleCols(along.first, along.count), run.u.middleCols(along.first, along.count));  // eq. (4)
   return along;
@@ -189,25 +192,38 @@ void fit_map(const Run& run, const Extended& system, const InputTrajectory& alon
   pass.score = trial.status == Status::ok && std::isfinite(mean) ? mean : -std::numeric_limits<double>::infinity();
 }
 
-/// Step 5: the linear subsystem again, with the map's f as further inputs. False if it fails.
+/// Initial state of `model` from that of the trajectory x, whose states are other coordinates of nearly the same ones:
+/// T x_0 with T by least squares of the model's states on x over the samples [first, first + inputs.cols()).
+/// @param inputs of these samples   @param at_first state of the model at sample `first`
+Vector initial_state_along(const LinearModel& model, ConstMatrixRef inputs, ConstVectorRef at_first, ConstMatrixRef x,
+                           Index first) {
+  const Matrix states = simulate(model, inputs, at_first).x;
+  const auto same = x.middleCols(first, inputs.cols());
+  return least_squares(same.transpose(), states.transpose()).x.transpose() * x.col(0);
+}
+
+/// Step 5: the linear subsystem again, with the map's f as further inputs, on the trustworthy samples. False if it
+/// fails.
 bool identify_extended(const Run& run, const InputTrajectory& along, Pass& pass, Extended& system) {
   const StaticMap& map = *pass.model.map;
   const Index m = run.u.rows();
-  const Matrix xi = stacked(along.x, run.u);
-  Matrix f(along.f.rows(), along.f.cols());
+  const auto u = run.u.middleCols(along.first, along.count), y = run.y.middleCols(along.first, along.count);
+  const Matrix xi = stacked(along.x.middleCols(along.first, along.count), u);
+  Matrix f(along.f.rows(), along.count);
   Vector phi(map.features());
   for (Index k = 0; k < f.cols(); ++k) map.value(xi.col(k).data(), f.col(k).data(), phi.data());
-  const Matrix extended = stacked(run.u, f);
-  LinearEstimate again = run.pieces.subspace.identify(extended, run.y, system.linear.order());
+  const Matrix extended = stacked(u, f);
+  LinearEstimate again = run.pieces.subspace.identify(extended, y, system.linear.order());
   if (again.status != Status::ok) {
     pass.message = "step 5: " + again.message;
     return false;
   }
   if (!run.options.direct_term) {
-    InputMatrices restricted = estimate_input_matrices(again.model.A, again.model.C, extended, run.y, m);
+    InputMatrices restricted = estimate_input_matrices(again.model.A, again.model.C, extended, y, m);
     again.model = std::move(restricted.model);
     again.x0 = std::move(restricted.x0);
   }
+  if (along.first > 0) again.x0 = initial_state_along(again.model, extended, again.x0, along.x, along.first);
   system = split_inputs(again.model, again.x0, m);
   return true;
 }
@@ -243,10 +259,10 @@ bool fit_map_anew(const Run& run, const NonlinearModel& refined, const Vector& x
 }
 
 /// The joint refinement of result.model, x0 (Sec. 2.6), in rounds against local minima of the map.
-void refine_in_rounds(const Run& run, Index skip, PipelineResult& result) {
+void refine_in_rounds(const Run& run, PipelineResult& result) {
   const Vector weight_std = Vector::Ones(run.y.rows());
   const auto refined_from = [&](const NonlinearModel& model, const Vector& x0, Index iterations) {
-    return refine(model, x0, run.u, run.y, weight_std, skip, run.pieces.solver, iterations);
+    return refine(model, x0, run.u, run.y, weight_std, run.skip, run.pieces.solver, iterations);
   };
   const auto keep = [&](const Refinement& refined) {
     result.model = refined.model;
@@ -271,7 +287,7 @@ void refine_in_rounds(const Run& run, Index skip, PipelineResult& result) {
     short_refinement(pass.model, pass.x0);
     idle = best < 0.995 * before ? 0 : idle + 1;
   }
-  const auto ridge = fit_ridge(result.model, result.x0, run.u, run.y, weight_std, skip, run.pieces.solver,
+  const auto ridge = fit_ridge(result.model, result.x0, run.u, run.y, weight_std, run.skip, run.pieces.solver,
                                run.options.refine_iterations, run.pieces.make_ridge,
                                {.any = run.options.ridge_degree, .hardening = run.options.hardening_degree});
   const Refinement last = ridge ? *ridge : refined_from(result.model, result.x0, run.options.refine_iterations);
@@ -281,9 +297,8 @@ void refine_in_rounds(const Run& run, Index skip, PipelineResult& result) {
 
 }  // namespace
 
-PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time_s, const PipelineOptions& options,
-                          const Pieces& pieces, Random& random) {
-  const Run run{u, y, sample_time_s, options, pieces, random};
+PipelineResult run_passes(const Signal& scaled, const PipelineOptions& options, const Pieces& pieces, Random& random) {
+  const Run run{scaled.u, scaled.y, scaled.sample_time_s, scaled.skip, options, pieces, random};
   PipelineResult result;
   Extended system = identify_linear(run, result);
   if (result.linear.status != Status::ok) return result;
@@ -305,11 +320,13 @@ PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time
 
 PipelineResult run_pipeline(const Signal& data, const PipelineOptions& options, const Pieces& pieces, Random& random) {
   Scaling scaling{rms(data.u), rms(data.y)};
-  const Matrix u = scaling.u.cwiseInverse().asDiagonal() * data.u, y = scaling.y.cwiseInverse().asDiagonal() * data.y;
-  PipelineResult result = run_passes(u, y, data.sample_time_s, options, pieces, random);
+  Signal scaled = data;
+  scaled.u = scaling.u.cwiseInverse().asDiagonal() * data.u;
+  scaled.y = scaling.y.cwiseInverse().asDiagonal() * data.y;
+  PipelineResult result = run_passes(scaled, options, pieces, random);
   result.scaling = std::move(scaling);
   if (result.status == Status::ok && options.refine_iterations > 0)
-    refine_in_rounds({u, y, data.sample_time_s, options, pieces, random}, data.skip, result);
+    refine_in_rounds({scaled.u, scaled.y, data.sample_time_s, data.skip, options, pieces, random}, result);
   return result;
 }
 

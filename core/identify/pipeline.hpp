@@ -77,7 +77,7 @@ struct Scaling {
 /// The auxiliary input along the training record and the states it leads to, of unit covariance.
 struct InputTrajectory {
   Matrix f, x;                 ///< q x N, n x N
-  Index first = 0, count = 0;  ///< samples that the inversion calls trustworthy; no map is fitted to the rest
+  Index first = 0, count = 0;  ///< samples that the inversion calls trustworthy; nothing is fitted to the rest
 };
 
 /// One round of steps 3 to 5.
@@ -106,6 +106,7 @@ struct PipelineResult {
   std::string message;
   Scaling scaling;
   LinearEstimate linear;     ///< step 1
+  Solution output_error;     ///< of PipelineOptions::linear_iterations; step 1 stands as it was unless it is usable
   Direction direction;       ///< step 2
   std::vector<Pass> passes;  ///< steps 3 to 5
   Index best = -1;           ///< index of the best pass
@@ -117,8 +118,7 @@ struct PipelineResult {
 /// @param data training record   @param random supplies the initial guesses
 PipelineResult run_pipeline(const Signal& data, const PipelineOptions& options, const Pieces& pieces, Random& random);
 
-/// Steps 1 to 5 alone, model = best pass, on signals that are scaled already.
-PipelineResult run_passes(ConstMatrixRef u, ConstMatrixRef y, double sample_time_s, const PipelineOptions& options,
-                          const Pieces& pieces, Random& random);
+/// Steps 1 to 5 alone, model = best pass, on a record that is scaled already.
+PipelineResult run_passes(const Signal& scaled, const PipelineOptions& options, const Pieces& pieces, Random& random);
 
 }  // namespace wheelhop

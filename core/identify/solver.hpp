@@ -64,11 +64,15 @@ struct Evaluations {
 };
 
 struct Solution {
-  Status status = Status::failed;  ///< ok: a tolerance was met; iteration_limit; outside_domain: already theta0 is
+  /// ok: a tolerance was met; iteration_limit: a cap of the budget was; outside_domain: theta0 already is; unavailable:
+  /// the method cannot take this problem or is not in this build; failed: the method gave up, as the message tells.
+  Status status = Status::failed;
   std::string message;
   Vector theta;
-  double cost = 0;           ///< 1/2 ||r||^2 at theta
-  double gradient_norm = 0;  ///< largest scaled gradient component inside the box, |J_i'r| / (|J_i| |r|)
+  double cost = 0;  ///< 1/2 ||r||^2 at theta
+  /// Largest scaled gradient component inside the box, |J_i'r| / (|J_i| |r|). NaN, also where the status is ok, for a
+  /// method that has no derivatives at theta.
+  double gradient_norm = 0;
   Index iterations = 0;
   Evaluations evaluations;
 };

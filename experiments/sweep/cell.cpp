@@ -95,6 +95,10 @@ void measure_pipeline(const Grid& grid, const ReproduceConfig& config, const Sim
   Status status = result.status;
   std::string message = result.message;
   put_linear(row, result.linear, status, message);
+  if (options.linear_iterations > 0) {
+    row["output_error_status"] = std::string(to_string(result.output_error.status));
+    row["output_error_iterations"] = result.output_error.iterations;
+  }
   if (result.linear.status == Status::ok)
     put_vaf(row, "linear", score_run(config, records, without_map(result.linear.model), result.scaling).vaf, config);
   row["direction_residual"] = result.direction.residual;
@@ -102,6 +106,7 @@ void measure_pipeline(const Grid& grid, const ReproduceConfig& config, const Sim
     const Pass& first = result.passes.front();
     const bool inverted = first.along.count > 0;
     if (grid.measure == Measure::inversion) status = inverted ? Status::ok : first.status;
+    if (status == Status::ok) message.clear();
     if (!inverted) message = "inversion: " + first.message;
     row["trusted_share"] = static_cast<double>(first.along.count) / static_cast<double>(records.training.samples());
     if (inverted) row["inversion_r2"] = inversion_r2(config, records, first.along);

@@ -12,10 +12,10 @@
 namespace wheelhop {
 namespace {
 
-constexpr Index kProbeSamples = 4000;  // of the record, by which combinations are compared
-constexpr double kForgotten = 0.01;    // share of an unknown start that is left where samples count as trustworthy
-constexpr double kSingular = 1e-9;     // M relative to its factors
+constexpr double kSingular = 1e-9;     // M relative to its factors: a thousand times what their rounding leaves of zero
 constexpr int kSignIterations = 100;   // of Newton; a dozen settle zeros 1e-3 from the circle
+constexpr double kSignSettled = 1e-9;  // a step so small leaves an error of its square, below rounding
+constexpr std::uint64_t kCombinationsCell = 1;  // of Stream::initial_guess, whose cell 0 starts maps
 
 /// A split by moduli: columns of T span the invariant subspaces inside and outside the unit circle.
 struct Split {
@@ -23,23 +23,24 @@ struct Split {
   Index inside = 0;
 };
 
-/// Invariant subspaces of M by the matrix sign function of its Cayley transform (Roberts 1980).
-std::optional<Split> split_by_modulus(const Matrix& M) {
+/// Invariant subspaces of M by the matrix sign function of its Cayley transform (Roberts 1980). None if the iteration
+/// does not settle, or settles on another number of eigenvalues inside than `inside`.
+std::optional<Split> split_by_modulus(const Matrix& M, Index inside) {
   const Index n = M.rows();
   const Matrix I = Matrix::Identity(n, n);
   Matrix S = solve(M + I, M - I);  // eigenvalues with negative real part belong to the inside
-  for (int i = 0; i < kSignIterations; ++i) {
+  bool settled = n == 0;
+  for (int i = 0; i < kSignIterations && !settled; ++i) {
     const Matrix inverse = solve(S, I);
     if (!all_finite(inverse)) return {};
     const Matrix next = 0.5 * (S + inverse);
-    const double change = (next - S).norm();
+    settled = (next - S).norm() <= kSignSettled * next.norm();
     S = next;
-    if (change <= 1e-14 * S.norm()) break;
   }
-  if (!all_finite(S)) return {};
+  if (!settled || !all_finite(S)) return {};
   Split split;
   split.inside = std::llround(0.5 * (static_cast<double>(n) - S.trace()));
-  if (split.inside < 0 || split.inside > n) return {};
+  if (split.inside != inside) return {};
   split.T.resize(n, n);
   split.T << svd(0.5 * (I - S)).U.leftCols(split.inside), svd(0.5 * (I + S)).U.leftCols(n - split.inside);
   split.inverse = solve(split.T, I);
@@ -51,6 +52,7 @@ std::optional<Split> split_by_modulus(const Matrix& M) {
 struct Inverter {
   const Matrix A, Bt, C, Dt;  // outputs whitened by the noise
   const Matrix z;
+  const double forgotten;
 
   struct Result {
     Status status = Status::rank_deficient;
@@ -91,24 +93,35 @@ struct Inverter {
     const Matrix feedback = solve(M, row), zeros = A - Bt * feedback;
     const Matrix v = solve(M, Matrix(W * z.middleCols(r, samples - r)));
     double nearest = std::numeric_limits<double>::infinity(), slowest_in = 0, slowest_out = 0;
+    Index inside = 0;
     for (const auto& zero : eigenvalues(zeros)) {
       const double modulus = std::abs(zero);
       nearest = std::min(nearest, std::abs(modulus - 1));
+      inside += modulus < 1;
       if (modulus < 1) slowest_in = std::max(slowest_in, modulus);
       if (modulus > 1) slowest_out = std::max(slowest_out, 1 / modulus);
     }
-    const auto forgets = [](double modulus) {
-      return modulus <= 0 ? 0.0 : modulus < 1 ? std::log(kForgotten) / std::log(modulus) : 1e18;
+    const auto forgets = [this](double modulus) {
+      return modulus <= 0 ? 0.0 : modulus < 1 ? std::log(forgotten) / std::log(modulus) : 1e18;
     };
     const double start = forgets(slowest_in), end = forgets(slowest_out), known = static_cast<double>(samples - r);
     result.radius = std::max(slowest_in, slowest_out);
-    const std::optional<Split> split = start + end < known && nearest > 0 ? split_by_modulus(zeros) : std::nullopt;
-    if (!split) {
+    if (!(start + end < known) || !(nearest > 0)) {
       result.status = Status::not_stabilisable;
       result.message = fmt::format(
           "a zero of the squared-down system lies {:.2g} from the unit circle: its start is forgotten after {:.0f} "
           "samples, the record has {}",
           nearest, start + end, samples);
+      return result;
+    }
+    const std::optional<Split> split = split_by_modulus(zeros, inside);
+    if (!split) {
+      result.status = Status::failed;
+      result.message = fmt::format(
+          "the zeros of the squared-down system cannot be told apart by their modulus; the nearest lies {:.2g} from "
+          "the "
+          "unit circle",
+          nearest);
       return result;
     }
     result.f = run(*split, zeros, feedback, v, samples);
@@ -173,7 +186,8 @@ class Devasia final : public InputReconstructor {
     }
     // Only the ratio of the noise levels may matter: relative to their mean.
     const Vector weight = noise_std.mean() * noise_std.cwiseInverse();
-    const Inverter inverter{A, Bt, weight.asDiagonal() * C, weight.asDiagonal() * Dt, weight.asDiagonal() * z};
+    const Inverter inverter{
+        A, Bt, weight.asDiagonal() * C, weight.asDiagonal() * Dt, weight.asDiagonal() * z, options_.forgotten};
     Matrix W;
     if (options_.square_down == "channel") {
       if (options_.channel + q > p) {
@@ -203,10 +217,10 @@ class Devasia final : public InputReconstructor {
   /// The random combination whose f leaves least of the outputs.
   Matrix best_combination(const Inverter& inverter, Index q, Index p) const {
     if (p == q) return Matrix::Identity(p, p);
-    Random random(static_cast<std::uint64_t>(options_.seed), Stream::initial_guess);
+    Random random(static_cast<std::uint64_t>(options_.seed), Stream::initial_guess, kCombinationsCell);
     Matrix best;
     double least = std::numeric_limits<double>::infinity();
-    const Index probe = std::min<Index>(inverter.z.cols(), kProbeSamples);
+    const Index probe = std::min<Index>(inverter.z.cols(), options_.probe_samples);
     for (Index i = 0; i < options_.combinations; ++i) {
       Matrix W = random.normal(q, p);
       W.rowwise().normalize();

@@ -7,8 +7,8 @@
 /// The poles of that inverse are the zeros of the squared-down system. Those inside the unit circle run forward in
 /// time, those outside backward, each from zero at its end of the record.
 ///
-/// A zero near the circle forgets its unknown start slowly. Samples that have not forgotten it to 1 % are outside
-/// [first, last); where none has, the status says how far from the circle the zero lies.
+/// A zero near the circle forgets its unknown start slowly. Samples that have not forgotten all but the share
+/// `forgotten` of it are outside [first, last); where none has, the status says how far from the circle the zero lies.
 #pragma once
 
 #include <memory>
@@ -23,6 +23,8 @@ struct DevasiaOptions {
   std::string square_down = "combinations";
   Index channel = 0;
   Index combinations = 400;
+  Index probe_samples = 4000;
+  double forgotten = 0.01;
   Index seed = 1;
   template <class V>
   void fields(V&& visit) {
@@ -31,6 +33,9 @@ struct DevasiaOptions {
           "term), or the best of random combinations by the output residual");
     visit("channel", channel, Range{0, 1000}, "-", "number of the (first) output that \"channel\" takes, from 0");
     visit("combinations", combinations, Range{1, 100000}, "-", "how many random ones are tried");
+    visit("probe_samples", probe_samples, Range{10, 1e9}, "-", "of the record's start, by which they are compared");
+    visit("forgotten", forgotten, Range{1e-12, 0.9}, "-",
+          "share of an unknown start that may be left in a trustworthy sample");
     visit("seed", seed, Range{0, 1e15}, "-", "of the random combinations");
   }
 };

@@ -23,8 +23,8 @@ struct RbfOptions {
           "learned directions that the units see; 0: all inputs as they are, isotropic");
     visit(
         "width_std", width_std, Range{1e-3, 1e6}, "-",
-        "standard deviation of the prior on the logarithm of a width in units of P xi: without one, spare units narrow "
-        "around single noisy samples");
+        "standard deviation of the prior on the logarithm of a width in units of P xi, in the joint refinement alone: "
+        "without one, spare units narrow around single noisy samples");
   }
 };
 

@@ -1,6 +1,7 @@
 /// \file
 /// Ceres Solver (Agarwal, Mierle et al.): its trust-region methods on one residual block with the analytic Jacobian.
-/// Memory holds that Jacobian whole, residuals times parameters.
+/// Memory holds that Jacobian whole, residuals times parameters. Its iterations count rejected steps as well. The
+/// result has no gradient norm (NaN).
 #pragma once
 
 #include <memory>

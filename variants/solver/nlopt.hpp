@@ -1,7 +1,8 @@
 /// \file
 /// The local algorithms of NLopt (Johnson, "The NLopt nonlinear-optimization package") on the scalar cost 1/2 ||r||^2.
 /// They know neither residuals nor the Gauss-Newton matrix; parameters are scaled by its diagonal at the start where
-/// the algorithm takes derivatives. Points outside the domain answer ten times the largest cost seen.
+/// the algorithm takes derivatives. Points outside the domain answer ten times the largest cost seen, with gradient
+/// zero.
 #pragma once
 
 #include <memory>

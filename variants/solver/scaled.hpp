@@ -59,11 +59,11 @@ class ScaledProblem {
     double cost = 0;
     if (!problem_.normal_equations(at, cost, gradient, hessian) || !std::isfinite(cost) || !all_finite(gradient))
       return false;
-    if (cost <= best_cost_) {
+    keep(at, cost);
+    if (at == best_) {
       gradient_ = gradient;
       diagonal_ = hessian.diagonal();
     }
-    keep(at, cost);
     value = cost / unit_;
     gradient = scale_.cwiseProduct(gradient) / unit_;
     hessian = scale_.asDiagonal() * hessian * scale_.asDiagonal() / unit_;
@@ -100,10 +100,13 @@ class ScaledProblem {
       if (box.upper(i) - moved(i) < near * scale_(i)) moved(i) = box.upper(i);
     }
     double cost = 0;
-    if (moved != best_ && problem_.cost(moved, cost) && cost <= best_cost_ * (1 + 1e-12)) {
-      best_ = moved;
-      best_cost_ = cost;
-    }
+    Vector gradient;
+    Matrix hessian;
+    if (moved == best_ || !problem_.normal_equations(moved, cost, gradient, hessian) || !(cost <= best_cost_)) return;
+    best_ = moved;
+    best_cost_ = cost;
+    gradient_ = gradient;
+    diagonal_ = hessian.diagonal();
   }
 
  private:
@@ -111,6 +114,7 @@ class ScaledProblem {
     if (!(cost < best_cost_)) return;
     best_ = theta;
     best_cost_ = cost;
+    gradient_.resize(0);  // that of another point
   }
 
   const ResidualProblem& problem_;
