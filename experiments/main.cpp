@@ -10,7 +10,7 @@
 #include "core/base/json.hpp"
 #include "core/base/status.hpp"
 #include "experiments/command/command.hpp"
-#include "experiments/provenance.hpp"
+#include "experiments/run/provenance.hpp"
 #include "variants/extra.hpp"
 
 namespace {
@@ -66,6 +66,7 @@ int run_program(int count, char** words) {
   add_plan(app, run);
   add_reproduce(app, run);
   add_sweep(app, run);
+  add_compare(app, run);
   add_report(app, run);
   require_known_command(app, count, words);
   if (count < 2) {

@@ -9,7 +9,9 @@ wheelhop_tests(experiments wheelhop_experiments
   end_to_end/blind.cpp
   lemma/blind_truth.cpp
   lemma/blind_effects.cpp
-  end_to_end/blind_make.cpp)
+  end_to_end/blind_make.cpp
+  lemma/comparison.cpp
+  lemma/run.cpp)
 
 # A piece from a folder of its own, put in as a user's is, and the conformance tests with it.
 wheelhop_tests(consumer wheelhop_experiments

@@ -1,10 +1,12 @@
 /// \file
 /// One JSON object <-> one options struct. A struct lists its fields once, in
 /// `template <class V> void fields(V&& visit)`, as `visit(name, field, Range{...}, unit, meaning)`; reading, writing,
-/// range check and help all come from that list. Field types: double, Index, bool, std::string.
+/// range check and help all come from that list. Field types: double, std::optional<double> (null: none), Index,
+/// bool, std::string.
 /// A string field has a list of choices: `visit(name, field, Choices{...}, meaning)`; an empty list admits any string.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,6 +38,10 @@ struct OptionReader {
   void operator()(const char* name, double& field, Range range, const char*, const char*) {
     field = cursor.number(name, field, range);
   }
+  void operator()(const char* name, std::optional<double>& field, Range range, const char*, const char*) {
+    if (const auto member = cursor.find(name))
+      field = member->raw().is_null() ? std::nullopt : std::optional(member->number(range));
+  }
   void operator()(const char* name, Index& field, Range range, const char*, const char*) {
     field = cursor.integer(name, field, lowest(range), highest(range));
   }
@@ -49,6 +55,9 @@ struct OptionReader {
 struct OptionWriter {
   Json out = Json::object();
   void operator()(const char* name, double& field, Range, const char*, const char*) { out[name] = field; }
+  void operator()(const char* name, std::optional<double>& field, Range, const char*, const char*) {
+    out[name] = field ? Json(*field) : Json();
+  }
   void operator()(const char* name, Index& field, Range, const char*, const char*) { out[name] = field; }
   void operator()(const char* name, bool& field, const char*) { out[name] = field; }
   void operator()(const char* name, std::string& field, const Choices&, const char*) { out[name] = field; }
@@ -59,6 +68,9 @@ struct OptionLister {
   static std::string text(Range range);
   void operator()(const char* name, double& field, Range range, const char* unit, const char* meaning) {
     out.push_back({name, field, unit, text(range), meaning});
+  }
+  void operator()(const char* name, std::optional<double>& field, Range range, const char* unit, const char* meaning) {
+    out.push_back({name, field ? Json(*field) : Json(), unit, text(range) + ", or null", meaning});
   }
   void operator()(const char* name, Index& field, Range range, const char* unit, const char* meaning) {
     out.push_back({name, field, unit, text(range), meaning});

@@ -1,8 +1,6 @@
 #include "experiments/blind/make.hpp"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -10,9 +8,9 @@
 
 #include "core/base/files.hpp"
 #include "core/base/status.hpp"
-#include "experiments/blind/truth/records.hpp"
-#include "experiments/blind/truth/sha256.hpp"
-#include "experiments/progress.hpp"
+#include "experiments/rig/records.hpp"
+#include "experiments/rig/sha256.hpp"
+#include "experiments/run/jobs.hpp"
 
 namespace wheelhop {
 namespace fs = std::filesystem;
@@ -89,15 +87,13 @@ std::vector<std::size_t> shuffled(const std::vector<Prepared>& prepared, std::ui
   return order;
 }
 
-template <class Work>
-void for_all(std::size_t count, int jobs, const char* what, bool quiet, Work work) {
-  Progress progress(what, static_cast<long>(count), quiet);
-  tbb::task_arena arena(jobs > 0 ? jobs : tbb::task_arena::automatic);
-  arena.execute([&] {
-    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-      work(i);
-      progress.advance();
-    });
+void for_all(std::size_t count, const BlindMakeRequest& request, const char* what,
+             const std::function<void(std::size_t)>& work) {
+  const JobOptions options{request.jobs, what, "empty " + request.out.string() + " before you start again",
+                           request.quiet};
+  run_jobs(count, options, [&](std::size_t i) -> std::function<void()> {
+    work(i);
+    return {};
   });
 }
 
@@ -112,7 +108,7 @@ int run_blind_make(const BlindMakeRequest& request) {
   require_writable_folder(request.key);
 
   std::vector<Prepared> prepared(specs.size());
-  for_all(specs.size(), request.jobs, "strengths of blind cases", request.quiet,
+  for_all(specs.size(), request, "strengths of blind cases",
           [&](std::size_t i) { prepared[i] = blind::prepare(specs[i]); });
 
   const std::vector<std::size_t> order = shuffled(prepared, specs.front().seed);
@@ -128,7 +124,7 @@ int run_blind_make(const BlindMakeRequest& request) {
     }
   write_json(request.key / "key.json", key);
 
-  for_all(order.size(), request.jobs, "records of blind cases", request.quiet, [&](std::size_t k) {
+  for_all(order.size(), request, "records of blind cases", [&](std::size_t k) {
     const Prepared& one = prepared[order[k]];
     const fs::path folder = request.out / name_of(k);
     write_records(folder, blind::measured_records(one));

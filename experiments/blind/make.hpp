@@ -19,7 +19,7 @@ struct BlindMakeRequest {
   bool quiet = false;
 };
 
-/// Config: see experiments/blind/truth/cases.hpp.
+/// Config: see experiments/rig/cases.hpp.
 /// Writes DIR/case_NNN/{plant.json, records.json, est_1.csv.gz, est_2.csv.gz, val.csv.gz} in an order that tells
 /// nothing, DIR/manifest.json (number of cases, SHA-256 of the key), KEYDIR/key.json and, unless the config says
 /// `"truth": false`, KEYDIR/truth/case_NNN/{records.json, val_long.csv.gz, beyond.csv.gz}, free of noise.

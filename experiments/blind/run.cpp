@@ -4,20 +4,16 @@
 #include <fnmatch.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <exception>
 #include <map>
-#include <mutex>
 #include <sstream>
-#include <thread>
 
 #include "core/base/files.hpp"
 #include "core/base/status.hpp"
 #include "experiments/blind/score_calibration.hpp"
 #include "experiments/blind/score_key.hpp"
-#include "experiments/diagnose.hpp"
-#include "experiments/progress.hpp"
+#include "experiments/diagnose/diagnose.hpp"
+#include "experiments/run/jobs.hpp"
 #include "variants/table.hpp"
 
 namespace wheelhop {
@@ -122,7 +118,7 @@ int run_blind_run(const BlindRunRequest& request) {
   const LeftOut left_out = left_out_by(request.leave_out, cases);
   require_writable_folder(request.out);
   std::vector<std::string> open;
-  std::atomic<long> errors = 0;
+  long errors = 0;
   for (const std::string& name : cases) {
     const Found found = find_answer(request.out / (name + ".json"), left_out.at(name));
     if (!found.answered) open.push_back(name);
@@ -134,41 +130,25 @@ int run_blind_run(const BlindRunRequest& request) {
   const fs::path timing_file = request.out / "timing.json";
   Json timing = {{"schema", "wheelhop.timing/1"}, {"case_s", Json::object()}};
   if (fs::exists(timing_file)) timing = parse_json(read_file(timing_file), timing_file.string());
-  std::mutex mutex;
-  std::atomic<std::size_t> next = 0;
-  std::exception_ptr failure;  // of writing: a disk that is full
-  Progress progress("blind run", static_cast<long>(open.size()), request.quiet);
-  const auto answer = [&](const std::string& name) {
+  const JobOptions options{request.jobs, "blind run",
+                           "answers are kept in " + request.out.string() + "; start the same command again to go on",
+                           request.quiet};
+  run_jobs(open.size(), options, [&](std::size_t i) -> std::function<void()> {
+    const std::string& name = open[i];
     const auto start = std::chrono::steady_clock::now();
-    if (!answer_case(request.folder / name, request.out / (name + ".json"), left_out.at(name))) ++errors;
+    const bool answered = answer_case(request.folder / name, request.out / (name + ".json"), left_out.at(name));
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    {
-      const std::lock_guard lock(mutex);
+    return [&, answered, seconds] {
+      errors += !answered;
       timing["case_s"][name] = seconds;
       write_json(timing_file, timing);
-    }
-    progress.advance();
-  };
-  const auto work = [&] {
-    try {
-      for (std::size_t i = next++; i < open.size(); i = next++) answer(open[i]);
-    } catch (...) {
-      next = open.size();
-      const std::lock_guard lock(mutex);
-      failure = std::current_exception();
-    }
-  };
-  {
-    std::vector<std::jthread> others;
-    for (int i = 1; i < request.jobs; ++i) others.emplace_back(work);
-    work();
-  }
-  if (failure) std::rethrow_exception(failure);
+    };
+  });
   std::vector<double> seconds;
   for (const std::string& name : cases)
     if (timing["case_s"].contains(name)) seconds.push_back(timing["case_s"][name].get<double>());
   fmt::print("{} cases: {} answered now, {} before, {} of all are errors; {:.1f} s a case (median)\nwritten: {}\n",
-             cases.size(), open.size(), cases.size() - open.size(), errors.load(), scoring::median(seconds),
+             cases.size(), open.size(), cases.size() - open.size(), errors, scoring::median(seconds),
              request.out.string());
   return errors > 0 ? 1 : 0;
 }

@@ -11,8 +11,8 @@
 #include "experiments/blind/run.hpp"
 #include "experiments/blind/score_closure.hpp"
 #include "experiments/blind/score_print.hpp"
-#include "experiments/blind/truth/sha256.hpp"
-#include "experiments/progress.hpp"
+#include "experiments/rig/sha256.hpp"
+#include "experiments/run/progress.hpp"
 
 namespace wheelhop {
 namespace {

@@ -23,6 +23,7 @@ void add_plan(CLI::App& app, Run& run);
 void add_reproduce(CLI::App& app, Run& run);
 void add_report(CLI::App& app, Run& run);
 void add_sweep(CLI::App& app, Run& run);
+void add_compare(CLI::App& app, Run& run);
 
 /// Adds a command; its options are to be bound to the members of the request that comes back beside it, which `act`
 /// gets once they are parsed. The request lives as long as the command.

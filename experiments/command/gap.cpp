@@ -1,7 +1,7 @@
 // diagnose, plan: where a simulation and its rig disagree.
 #include "experiments/command/command.hpp"
-#include "experiments/diagnose.hpp"
-#include "experiments/plan.hpp"
+#include "experiments/diagnose/diagnose.hpp"
+#include "experiments/plan/plan.hpp"
 
 namespace wheelhop {
 

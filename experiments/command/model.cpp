@@ -1,9 +1,9 @@
 // list, generate, identify, simulate: from pieces and records to a model and its free run.
 #include "experiments/command/command.hpp"
-#include "experiments/generate.hpp"
-#include "experiments/identify.hpp"
-#include "experiments/list.hpp"
-#include "experiments/simulate.hpp"
+#include "experiments/generate/generate.hpp"
+#include "experiments/identify/identify.hpp"
+#include "experiments/list/list.hpp"
+#include "experiments/simulate/simulate.hpp"
 
 namespace wheelhop {
 

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "core/data/metrics.hpp"
 #include "core/identify/free_run_problem.hpp"
 #include "core/kernels/hankel.hpp"
-#include "experiments/reproduce_records.hpp"
+#include "experiments/experiment/records.hpp"
 
 namespace wheelhop {
 namespace {
@@ -20,14 +21,20 @@ void put_status(Json& row, Status status, const std::string& message) {
   row["message"] = message;
 }
 
-void put_vaf(Json& row, const std::string& model, const Vector& vaf, const ReproduceConfig& config) {
-  for (std::size_t s = 0; s < 3; ++s)
-    row[fmt::format("{}_vaf_{}", model, kPaperSignals[s].name)] = vaf(config.car.sensors[s]);
-}
-
-ScoredRun score_run(const ReproduceConfig& config, const SimulatedRecords& records, const NonlinearModel& model,
-                    const Scaling& scaling) {
-  return run_and_score(model, scaling, records.validation, records.clean, config.initial_state_samples);
+/// Scores a model on the validation record: VAF in percent and RMSE in the output's unit against the outputs without
+/// noise, as columns MODEL_vaf_OUTPUT and MODEL_rmse_OUTPUT.
+ScoredRun put_scores(Json& row, const std::string& name, const ExperimentConfig& config,
+                     const SimulatedRecords& records, const NonlinearModel& model, const Scaling& scaling) {
+  ScoredRun run = run_and_score(model, scaling, records.validation, records.clean, config.data.initial_state_samples);
+  const bool ran = run.status == Status::ok && run.y.cols() == records.clean.cols();
+  const Vector error =
+      ran ? rms(records.clean - run.y) : Vector::Constant(run.vaf.size(), std::numeric_limits<double>::infinity());
+  for (Index i = 0; i < run.vaf.size(); ++i) {
+    const std::string& output = records.validation.outputs[static_cast<std::size_t>(i)].name;
+    row[fmt::format("{}_vaf_{}", name, output)] = run.vaf(i);
+    row[fmt::format("{}_rmse_{}", name, output)] = error(i);
+  }
+  return run;
 }
 
 /// Correlation of what a linear model leaves of the future outputs with past inputs, and with past outputs beyond
@@ -56,7 +63,7 @@ void put_linear(Json& row, const LinearEstimate& linear, Status& status, std::st
 }
 
 /// Step 1 and its score.
-void measure_linear(const ReproduceConfig& config, const SimulatedRecords& records, Json& row) {
+void measure_linear(const ExperimentConfig& config, const SimulatedRecords& records, Json& row) {
   const Scaling scaling{rms(records.training.u), rms(records.training.y)};
   const Matrix u = scaling.u.cwiseInverse().asDiagonal() * records.training.u;
   const Matrix y = scaling.y.cwiseInverse().asDiagonal() * records.training.y;
@@ -65,27 +72,25 @@ void measure_linear(const ReproduceConfig& config, const SimulatedRecords& recor
   std::string message;
   put_linear(row, linear, status, message);
   if (linear.status == Status::ok) {
-    const ScoredRun run = score_run(config, records, without_map(linear.model), scaling);
+    const ScoredRun run = put_scores(row, "linear", config, records, without_map(linear.model), scaling);
     status = run.status;
     message = run.message;
-    put_vaf(row, "linear", run.vaf, config);
     put_instruments(row, u, y, y - simulate(linear.model, u, linear.x0).y);
   }
   put_status(row, status, message);
 }
 
-/// R^2 of f along the training record, where the inversion vouches for it.
-double inversion_r2(const ReproduceConfig& config, const SimulatedRecords& records, const InputTrajectory& along) {
+/// R^2 of f along the training record, where the inversion vouches for it; only the paper's car has its truth.
+void put_inversion_r2(Json& row, const char* column, const ExperimentConfig& config, const SimulatedRecords& records,
+                      const InputTrajectory& along) {
+  if (!config.car) return;
   const auto part = [&](const Matrix& all) { return Matrix(all.middleCols(along.first, along.count)); };
-  return spring_r2(config, part(records.training.u), part(records.training_states), part(along.f));
-}
-
-Random initial_guess(const ReproduceConfig& config, Index realisation) {
-  return {static_cast<std::uint64_t>(config.seed), Stream::initial_guess, 0, static_cast<std::uint64_t>(realisation)};
+  row[column] =
+      spring_r2(records.plant, *config.car, part(records.training.u), part(records.training_states), part(along.f));
 }
 
 /// Steps 1 to 5 and the refinement, as far as the measure goes.
-void measure_pipeline(const Grid& grid, const ReproduceConfig& config, const SimulatedRecords& records,
+void measure_pipeline(const Grid& grid, const ExperimentConfig& config, const SimulatedRecords& records,
                       Index realisation, Json& row) {
   PipelineOptions options = config.pipeline;
   if (grid.measure != Measure::refined) options.refine_iterations = 0;
@@ -100,7 +105,7 @@ void measure_pipeline(const Grid& grid, const ReproduceConfig& config, const Sim
     row["output_error_iterations"] = result.output_error.iterations;
   }
   if (result.linear.status == Status::ok)
-    put_vaf(row, "linear", score_run(config, records, without_map(result.linear.model), result.scaling).vaf, config);
+    put_scores(row, "linear", config, records, without_map(result.linear.model), result.scaling);
   row["direction_residual"] = result.direction.residual;
   if (!result.passes.empty()) {
     const Pass& first = result.passes.front();
@@ -109,23 +114,21 @@ void measure_pipeline(const Grid& grid, const ReproduceConfig& config, const Sim
     if (status == Status::ok) message.clear();
     if (!inverted) message = "inversion: " + first.message;
     row["trusted_share"] = static_cast<double>(first.along.count) / static_cast<double>(records.training.samples());
-    if (inverted) row["inversion_r2"] = inversion_r2(config, records, first.along);
+    if (inverted) put_inversion_r2(row, "inversion_r2", config, records, first.along);
     row["input_variance"] = first.input_variance;
     row["map_residual"] = first.map_residual;
   }
   if (grid.measure != Measure::inversion && result.status == Status::ok) {
     const Pass& best = result.passes[static_cast<std::size_t>(result.best)];
     row["best_pass"] = result.best + 1;
-    row["best_pass_inversion_r2"] = inversion_r2(config, records, best.along);
-    const ScoredRun run = score_run(config, records, best.model, result.scaling);
-    put_vaf(row, "nonlinear", run.vaf, config);
+    put_inversion_r2(row, "best_pass_inversion_r2", config, records, best.along);
+    const ScoredRun run = put_scores(row, "nonlinear", config, records, best.model, result.scaling);
     row["nonlinear_status"] = std::string(to_string(run.status));
     if (run.status != Status::ok && grid.measure == Measure::nonlinear)
       std::tie(status, message) = std::pair(run.status, run.message);
   }
   if (grid.measure == Measure::refined && result.status == Status::ok) {
-    const ScoredRun run = score_run(config, records, result.model, result.scaling);
-    put_vaf(row, "refined", run.vaf, config);
+    const ScoredRun run = put_scores(row, "refined", config, records, result.model, result.scaling);
     row["map"] = result.model.map->name();
     row["map_parameters"] = result.model.map->parameters();
     const Solution& solution = result.refinement.solution;
@@ -153,8 +156,8 @@ void put_solution(Json& row, const std::string& problem, double start, const Sol
 
 /// The cell's solver on two problems that the base's pieces prepare: the fit of a freshly drawn map to the first pass's
 /// f, and the joint refinement of the best pass.
-void measure_solver(const Grid& grid, const ReproduceConfig& config, const SimulatedRecords& records, Index realisation,
-                    Json& row) {
+void measure_solver(const Grid& grid, const ExperimentConfig& config, const SimulatedRecords& records,
+                    Index realisation, Json& row) {
   PipelineOptions options = grid.base.pipeline;
   options.refine_iterations = 0;
   Random random = initial_guess(grid.base, realisation);
@@ -196,22 +199,23 @@ void measure_solver(const Grid& grid, const ReproduceConfig& config, const Simul
 
 }  // namespace
 
-Json compute_row(const Grid& grid, std::size_t number, Index realisation) {
-  const Cell& cell = grid.cells[number];
-  Json row = {{"cell", number}, {"realisation", realisation}};
-  for (std::size_t i = 0; i < grid.axes.size(); ++i) row[grid.axes[i].name] = cell.labels[i];
-  row["config_hash"] = cell.hash;
+Json compute_row(const Grid& grid, std::size_t cell, Index realisation) {
+  const ExperimentConfig config = grid.config_of(cell);
+  Json row = {{"cell", cell}, {"realisation", realisation}};
+  for (std::size_t i = 0; i < grid.axes.size(); ++i) row[grid.axes[i].name] = grid.value(cell, i);
+  row["seed"] = config.data.seed;
+  row["config_hash"] = row_hash(grid, cell, realisation);
   put_status(row, Status::failed, "not reached");
   try {
-    const SimulatedRecords records = simulate_records(cell.config, realisation);
+    const SimulatedRecords records = simulate_records(config, realisation);
     if (records.status != Status::ok)
       put_status(row, records.status, records.message);
     else if (grid.measure == Measure::linear)
-      measure_linear(cell.config, records, row);
+      measure_linear(config, records, row);
     else if (grid.measure == Measure::solver)
-      measure_solver(grid, cell.config, records, realisation, row);
+      measure_solver(grid, config, records, realisation, row);
     else
-      measure_pipeline(grid, cell.config, records, realisation, row);
+      measure_pipeline(grid, config, records, realisation, row);
   } catch (const UserError& error) {  // options that fit no data of this size
     put_status(row, Status::failed, error.what());
   }

@@ -5,138 +5,202 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
-#include <map>
+
+#include "core/base/files.hpp"
+#include "core/base/status.hpp"
+#include "experiments/sweep/axes.hpp"
 
 namespace wheelhop {
 namespace {
 
-constexpr std::size_t kMostCells = 100000;
-
 const std::vector<std::string> kMeasures = {"linear", "inversion", "nonlinear", "refined", "solver"};
 
-/// One value of an axis: its label and what it sets, path by path.
-struct Value {
-  std::string label;
-  std::map<std::string, Json> set;
-};
-
-std::string label_of(const Json& value) {
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_object() && value.contains("name") && value["name"].is_string()) return value["name"].get<std::string>();
-  return value.dump();
-}
-
-Value read_value(const JsonCursor& cursor, const std::string& axis) {
-  Value value;
-  if (cursor.is_object() && cursor.has("set")) {
-    const JsonCursor set = cursor.at("set");
-    if (!set.is_object()) set.fail("an object of paths and values");
-    for (const auto& [path, wanted] : set.raw().items()) value.set[path] = wanted;
-    value.label = cursor.at("label").string();
-    cursor.done();
-  } else {
-    value.set[axis] = cursor.raw();
-    value.label = label_of(cursor.raw());
+/// The base experiment as JSON that names no file. @param directory of what it names
+Json read_base(const JsonCursor& cursor, std::string& source) {
+  Json base = cursor.raw();
+  std::filesystem::path directory = cursor.directory();
+  source = cursor.where();
+  if (cursor.is_string()) {
+    const std::filesystem::path file = directory / cursor.string();
+    source = file.string();
+    directory = file.parent_path();
+    base = parse_json(read_file(file), source);
   }
-  return value;
-}
-
-/// Columns of rows and tables that an axis may not be called.
-bool is_reserved(const std::string& name) {
-  static const std::vector<std::string> words = {
-      "cell",           "realisation", "config_hash",        "status", "message", "n",           "n_ok",
-      "failures",       "columns",     "config_beside_base", "order",  "gap",     "instruments", "map",
-      "map_parameters", "stabilised",  "best_pass"};
-  return std::find(words.begin(), words.end(), name) != words.end();
-}
-
-/// Sets config[a][b] for the path "a.b". @param where for messages
-void set_path(Json& config, const std::string& path, const Json& value, const std::string& where) {
-  Json* at = &config;
-  std::size_t from = 0;
-  for (std::size_t dot; (dot = path.find('.', from)) != std::string::npos; from = dot + 1) {
-    at = &(*at)[path.substr(from, dot - from)];
-    if (at->is_null()) *at = Json::object();
-    if (!at->is_object())
-      throw UserError(fmt::format("{}: \"{}\" leads through \"{}\", which is no object in the base config", where, path,
-                                  path.substr(0, dot)));
+  if (!base.is_object()) cursor.fail("the config of an experiment, or the file that holds one");
+  base.erase("as_printed");
+  if (base.contains("plant") && base["plant"].is_string()) {
+    const std::filesystem::path file = directory / base["plant"].get<std::string>();
+    base["plant"] = parse_json(read_file(file), file.string());
   }
-  (*at)[path.substr(from)] = value;
+  return base;
 }
 
-/// FNV-1a, 64 bits (Fowler, Noll & Vo), as 16 hexadecimal digits.
+ExperimentConfig parse(Json config, const std::string& where) {
+  const JsonCursor cursor = JsonCursor::from(std::move(config), where);
+  ExperimentConfig result = parse_experiment_config(cursor);
+  cursor.done();
+  return result;
+}
+
+/// One rule of `exclude`: positions on each axis that it names; an empty list stands for an axis it does not name.
+using Rule = std::vector<std::vector<std::size_t>>;
+
+std::vector<Rule> read_rules(const JsonCursor& list, const Grid& grid) {
+  std::vector<std::string> names;
+  for (const Axis& axis : grid.axes) names.push_back(axis.name);
+  std::vector<Rule> rules;
+  for (const JsonCursor& item : list.items()) {
+    if (!item.is_object() || item.raw().empty()) item.fail("an object of axes and the values to leave out");
+    Rule rule(grid.axes.size());
+    for (const auto& [name, wanted] : item.raw().items()) {
+      const JsonCursor member = item.at(name);
+      const Index axis = grid.axis_called(name);
+      if (axis < 0)
+        throw UserError(fmt::format("{}: no axis is called so; axes: {}", member.where(), join_names(names)));
+      const Axis& known = grid.axes[static_cast<std::size_t>(axis)];
+      for (const Json& value : wanted.is_array() ? wanted : Json::array({wanted})) {
+        const std::string label = value.is_string() ? value.get<std::string>() : value.dump();
+        const auto at = std::find(known.labels.begin(), known.labels.end(), label);
+        if (at == known.labels.end()) member.fail("one of " + join_names(known.labels));
+        rule[static_cast<std::size_t>(axis)].push_back(static_cast<std::size_t>(at - known.labels.begin()));
+      }
+    }
+    rules.push_back(std::move(rule));
+  }
+  return rules;
+}
+
+bool leaves_out(const Rule& rule, const std::vector<std::size_t>& at) {
+  for (std::size_t i = 0; i < at.size(); ++i)
+    if (!rule[i].empty() && std::find(rule[i].begin(), rule[i].end(), at[i]) == rule[i].end()) return false;
+  return true;
+}
+
+Until read_until(const JsonCursor& cursor, const Grid& grid) {
+  Until until;
+  std::vector<std::string> names;
+  for (const Axis& axis : grid.axes) names.push_back(axis.name);
+  until.over = cursor.at("over").one_of(names);
+  until.at_most = cursor.at("at_most").integer(grid.realisations, 1000000);
+  until.batch = cursor.integer("batch", until.batch, 1, 1000000);
+  until.equivalence = cursor.number("equivalence", until.equivalence, {.low = 0});
+  cursor.done();
+  return until;
+}
+
+Json cell_json(const Grid& grid, const std::vector<std::size_t>& at, const std::string& where) {
+  Json config = grid.config["base"];
+  for (std::size_t i = 0; i < at.size(); ++i)
+    for (const auto& [path, wanted] : grid.sets[i][at[i]].items()) set_path(config, path, wanted, where);
+  return config;
+}
+
+std::string name_of_cell(const Grid& grid, const std::vector<std::size_t>& at, const std::string& source) {
+  std::string where = source + ": $.axes (";
+  for (std::size_t i = 0; i < at.size(); ++i)
+    where += fmt::format("{}{} = {}", i == 0 ? "" : ", ", grid.axes[i].name, grid.axes[i].labels[at[i]]);
+  return where + ")";
+}
+
+/// Checks a cell's config and describes it.
+Cell make_cell(const Grid& grid, std::vector<std::size_t> at, const std::string& source) {
+  const std::string where = name_of_cell(grid, at, source);
+  const ExperimentConfig config = parse(cell_json(grid, at, where), where);
+  Json hashed = {{"measure", grid.effective["measure"]}, {"experiment", config.effective}};
+  hashed["experiment"].erase("realisations");  // a row has its own
+  if (grid.measure == Measure::solver) {
+    hashed["evaluations"] = grid.evaluations;
+    hashed["preparation"] = grid.base.effective;
+  }
+  Cell cell{std::move(at), hash_of(hashed.dump()), Json::object()};
+  for (const auto& [key, value] : config.effective.items())
+    if (!grid.base.effective.contains(key) || grid.base.effective[key] != value) cell.beside_base[key] = value;
+  return cell;
+}
+
+}  // namespace
+
 std::string hash_of(const std::string& text) {
   std::uint64_t hash = 0xcbf29ce484222325;
   for (const char letter : text) hash = (hash ^ static_cast<unsigned char>(letter)) * 0x100000001b3;
   return fmt::format("{:016x}", hash);
 }
 
-std::vector<std::vector<Value>> read_axes(const JsonCursor& list, std::vector<Axis>& axes) {
-  std::vector<std::vector<Value>> all;
-  std::size_t cells = 1;
-  for (const JsonCursor& item : list.items()) {
-    const std::string name = item.at("name").string();
-    for (const Axis& other : axes)
-      if (other.name == name) item.at("name").fail("a name that no other axis has");
-    if (is_reserved(name)) item.at("name").fail("a name that is no column of the results");
-    std::vector<Value> values;
-    std::vector<std::string> labels;
-    for (const JsonCursor& value : item.at("values").items()) {
-      values.push_back(read_value(value, name));
-      for (const std::string& other : labels)
-        if (other == values.back().label) value.fail("a value whose label no other value of the axis has");
-      labels.push_back(values.back().label);
-    }
-    if (values.empty()) item.at("values").fail("at least one value");
-    item.done();
-    cells *= values.size();
-    if (cells > kMostCells) list.fail(fmt::format("at most {} cells", kMostCells));
-    axes.push_back({name, labels});
-    all.push_back(std::move(values));
-  }
-  if (all.empty()) list.fail("at least one axis");
-  return all;
+std::string row_hash(const Grid& grid, std::size_t cell, Index realisation) {
+  return hash_of(fmt::format("{} {}", grid.cells[cell].hash, realisation));
 }
 
-}  // namespace
+Index Grid::axis_called(const std::string& name) const {
+  for (std::size_t i = 0; i < axes.size(); ++i)
+    if (axes[i].name == name) return static_cast<Index>(i);
+  return -1;
+}
+
+ExperimentConfig Grid::config_of(std::size_t cell) const {
+  const std::string where = name_of_cell(*this, cells[cell].at, "sweep");
+  return parse(cell_json(*this, cells[cell].at, where), where);
+}
 
 Grid read_grid(const std::filesystem::path& file) {
-  const JsonCursor cursor = JsonCursor::load(file);
+  return read_grid(parse_json(read_file(file), file.string()), file.string(), file.parent_path());
+}
+
+Grid read_grid(Json config, const std::string& source, const std::filesystem::path& directory) {
+  const JsonCursor cursor = JsonCursor::from(std::move(config), source, directory);
   Grid grid;
-  const std::filesystem::path base_file = cursor.directory() / cursor.at("base").string();
-  const JsonCursor base = JsonCursor::load(base_file);
-  grid.base = parse_reproduce_config(base);
+  std::string base_source;
+  Json base = read_base(cursor.at("base"), base_source);
+  grid.base = parse(base, base_source);
   const std::string measure = cursor.at("measure").one_of(kMeasures);
   grid.measure = static_cast<Measure>(std::find(kMeasures.begin(), kMeasures.end(), measure) - kMeasures.begin());
   grid.realisations = cursor.integer("realisations", grid.realisations, 1, 1000000);
   grid.evaluations = cursor.integer("evaluations", grid.evaluations, 1, 100000000);
-  const std::vector<std::vector<Value>> values = read_axes(cursor.at("axes"), grid.axes);
+  const std::vector<AxisGroup> groups = read_axes(cursor.at("axes"));
+  std::vector<std::size_t> group_of;
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    for (const AxisSpec& axis : groups[g]) {
+      grid.axes.push_back({axis.name, {}, {}});
+      grid.sets.emplace_back();
+      group_of.push_back(g);
+      for (const AxisValue& value : axis.values) {
+        grid.axes.back().labels.push_back(value.label);
+        grid.axes.back().values.push_back(value.column);
+        grid.sets.back().push_back(value.set);
+      }
+    }
+  std::vector<Rule> rules;
+  const auto exclude = cursor.find("exclude");
+  if (exclude) rules = read_rules(*exclude, grid);
+  const auto until = cursor.find("until");
+  if (until) grid.until = read_until(*until, grid);
   cursor.done();
+
+  grid.config = {{"base", std::move(base)}, {"measure", measure}, {"realisations", grid.realisations}};
   grid.effective = {{"measure", measure}, {"realisations", grid.realisations}};
-  if (grid.measure == Measure::solver) grid.effective["evaluations"] = grid.evaluations;
+  if (grid.measure == Measure::solver) grid.config["evaluations"] = grid.effective["evaluations"] = grid.evaluations;
+  grid.config["axes"] = write_axes(groups);
   for (const Axis& axis : grid.axes) grid.effective["axes"].push_back({{"name", axis.name}, {"labels", axis.labels}});
+  if (exclude) grid.config["exclude"] = grid.effective["exclude"] = exclude->raw();
+  if (until) grid.config["until"] = grid.effective["until"] = until->raw();
   grid.effective["base"] = grid.base.effective;
 
-  std::vector<std::size_t> at(values.size(), 0);
+  std::vector<std::size_t> at(groups.size(), 0);
   for (bool more = true; more;) {
-    Cell cell;
-    Json config = base.raw();
-    std::string where = file.string() + ": $.axes";
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const Value& value = values[i][at[i]];
-      cell.labels.push_back(value.label);
-      where += fmt::format("{}{} = {}", i == 0 ? " (" : ", ", grid.axes[i].name, value.label);
-      for (const auto& [path, wanted] : value.set) set_path(config, path, wanted, where + ")");
-    }
-    cell.config = parse_reproduce_config(JsonCursor::from(std::move(config), where + ")", base.directory()));
-    cell.hash = hash_of(grid.effective.dump() + cell.config.effective.dump());
-    grid.cells.push_back(std::move(cell));
+    std::vector<std::size_t> position;
+    for (const std::size_t g : group_of) position.push_back(at[g]);
+    const bool out =
+        std::any_of(rules.begin(), rules.end(), [&](const Rule& rule) { return leaves_out(rule, position); });
+    if (out)
+      ++grid.excluded;
+    else
+      grid.cells.push_back(make_cell(grid, std::move(position), source));
     more = false;
-    for (std::size_t i = values.size(); i-- > 0 && !more;) {
-      more = ++at[i] < values[i].size();
-      if (!more) at[i] = 0;
+    for (std::size_t g = groups.size(); g-- > 0 && !more;) {
+      more = ++at[g] < groups[g].front().values.size();
+      if (!more) at[g] = 0;
     }
   }
+  if (grid.cells.empty()) exclude->fail("rules that leave at least one cell");
   return grid;
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/reproduce_study.hpp"
+#include "experiments/experiment/config.hpp"
 
 namespace wheelhop {
 
@@ -21,32 +21,70 @@ enum class Measure { linear, inversion, nonlinear, refined, solver };
 struct Axis {
   std::string name;
   std::vector<std::string> labels;
+  std::vector<Json> values;  ///< as columns of rows hold them: number, true, false or text
 };
 
 /// One combination of the axes' values.
 struct Cell {
-  std::vector<std::string> labels;  ///< one an axis
-  ReproduceConfig config;
-  std::string hash;  ///< of the cell's effective config and of the grid it stands in
+  std::vector<std::size_t> at;  ///< position on every axis
+  std::string hash;             ///< of the effective config and of what the measure adds to it
+  Json beside_base;             ///< members of the effective config that differ from the base's
+};
+
+/// Realisations that are added until every paired claim along an axis is decided.
+struct Until {
+  std::string over;   ///< axis
+  Index at_most = 0;  ///< realisations
+  Index batch = 10;   ///< realisations added at once
+  double equivalence = 0.1;
 };
 
 struct Grid {
   Measure measure = Measure::refined;
-  Index realisations = 20;
+  Index realisations = 20;  ///< of the first batch, where there is `until`
   Index evaluations = 400;  ///< budget of each problem under Measure::solver
   std::vector<Axis> axes;
   std::vector<Cell> cells;
-  ReproduceConfig base;  ///< whose pieces prepare the starts under Measure::solver
-  Json effective;        ///< measure, realisations, axes, effective base
+  std::size_t excluded = 0;  ///< cells that a rule left out
+  std::optional<Until> until;
+  ExperimentConfig base;
+  Json effective;  ///< measure, realisations, axes, effective base
+  /// The same grid as a config that names no file; read_grid() of it gives the same cells.
+  Json config;
+
+  /// The experiment of a cell, read anew: a grid holds no plants.
+  ExperimentConfig config_of(std::size_t cell) const;
+  const std::string& label(std::size_t cell, std::size_t axis) const { return axes[axis].labels[cells[cell].at[axis]]; }
+  const Json& value(std::size_t cell, std::size_t axis) const { return axes[axis].values[cells[cell].at[axis]]; }
+  Index axis_called(const std::string& name) const;  ///< -1: none
+
+  std::vector<std::vector<Json>> sets;  ///< for every axis and value: object of paths and what they are set to
 };
 
 /// Reads
 ///   {"base": "../paper.json", "measure": "linear", "realisations": 20,
 ///    "axes": [{"name": "snr_db", "values": [40, 30]},
-///             {"name": "method", "values": [{"label": "cva", "set": {"subspace": {"name": "cva"}}}]}]}
-/// `base` is a config of `wheelhop reproduce`; files it or an axis names are relative to it. A value of an axis is set
-/// at the path that is the axis' name ("pipeline.passes"), or at every path of its "set". The first axis varies
-/// slowest. UserError with file and JSON path for every mistake, also for a cell whose config does not fit.
+///             {"name": "method", "values": [{"label": "cva", "set": {"subspace": {"name": "cva"}}}]}],
+///    "exclude": [{"snr_db": 30, "method": ["cva"]}],
+///    "until": {"over": "method", "at_most": 200}}
+/// `base` is the config of an experiment or the file that holds one; `as_printed` in it is passed over. A value of an
+/// axis is set at the path that is the axis' name ("pipeline.passes", "plant_parameters.body.mass_kg"), or at every
+/// path of its "set". The first axis varies slowest. In place of `values` stand `from`, `to` and `step`, or `from`,
+/// `to`, `count` and `spacing` (linear, logarithmic); {"preset": "noise"} is a whole axis (see presets()); {"zip":
+/// [AXIS, AXIS]} varies axes of one length together. A rule of `exclude` leaves out the cells that have one of its
+/// values on every axis it names.
+/// UserError with file and JSON path for every mistake, also for a cell whose config does not fit.
 Grid read_grid(const std::filesystem::path& file);
+/// @param source stands for the file in messages
+Grid read_grid(Json config, const std::string& source, const std::filesystem::path& directory = {});
+
+/// Names of the axes that need no values, with what they are.
+std::vector<std::pair<std::string, std::string>> presets();
+
+/// FNV-1a, 64 bits (Fowler, Noll & Vo), as 16 hexadecimal digits.
+std::string hash_of(const std::string& text);
+
+/// The hash that stands in a row.
+std::string row_hash(const Grid& grid, std::size_t cell, Index realisation);
 
 }  // namespace wheelhop

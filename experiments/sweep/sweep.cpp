@@ -3,254 +3,260 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
+#include <charconv>
 #include <chrono>
-#include <cmath>
-#include <fstream>
-#include <map>
-#include <mutex>
-#include <sstream>
-#include <thread>
+#include <set>
 
 #include "core/base/files.hpp"
-#include "experiments/progress.hpp"
-#include "experiments/provenance.hpp"
+#include "core/base/status.hpp"
+#include "experiments/compare/compare.hpp"
+#include "experiments/run/provenance.hpp"
+#include "experiments/run/statistics.hpp"
 #include "experiments/sweep/cell.hpp"
+#include "experiments/sweep/table.hpp"
 
 namespace wheelhop {
 namespace {
 
 namespace fs = std::filesystem;
-using Key = std::pair<std::size_t, Index>;  // cell, realisation
 
-/// Finished rows of an earlier start. A torn last line, and rows of another config, count as not there.
-std::map<Key, std::string> finished_rows(const fs::path& file, const Grid& grid) {
-  std::map<Key, std::string> rows;
-  if (!fs::exists(file)) return rows;
-  std::istringstream lines(read_file(file));
-  for (std::string line; std::getline(lines, line);) {
-    const Json row = Json::parse(line, nullptr, false);
-    if (!row.is_object() || !row.contains("cell") || !row.contains("realisation")) continue;
-    const Key key{row["cell"].get<std::size_t>(), row["realisation"].get<Index>()};
-    if (key.first < grid.cells.size() && key.second < grid.realisations &&
-        row.value("config_hash", "") == grid.cells[key.first].hash)
-      rows[key] = line;
+Shard read_shard(const std::string& text) {
+  if (text.empty()) return {};
+  Shard shard;
+  const char* const end = text.data() + text.size();
+  const auto number = std::from_chars(text.data(), end, shard.number);
+  const bool slash = number.ptr != end && *number.ptr == '/';
+  const auto of = std::from_chars(slash ? number.ptr + 1 : end, end, shard.of);
+  if (!slash || number.ec != std::errc() || of.ec != std::errc() || of.ptr != end || shard.number < 1 ||
+      shard.number > shard.of || shard.of > 1000000)
+    throw UserError("--shard: expected I/N with 1 <= I <= N, for example 2/3, found \"" + text + "\"");
+  return shard;
+}
+
+/// Where two values differ: "PATH: BEFORE, now AFTER", at most three of them.
+void list_differences(const Json& before, const Json& now, const std::string& path, std::vector<std::string>& found) {
+  if (found.size() >= 3 || before == now) return;
+  if (before.is_object() && now.is_object()) {
+    for (const auto& [key, value] : before.items())
+      list_differences(value, now.value(key, Json()), path + "." + key, found);
+    for (const auto& [key, value] : now.items())
+      if (!before.contains(key)) list_differences(Json(), value, path + "." + key, found);
+  } else if (before.is_array() && now.is_array() && before.size() == now.size()) {
+    for (std::size_t i = 0; i < now.size(); ++i)
+      list_differences(before[i], now[i], fmt::format("{}[{}]", path, i), found);
+  } else {
+    found.push_back(fmt::format("{}: {}, now {}", path, before.dump().substr(0, 80), now.dump().substr(0, 80)));
   }
-  return rows;
 }
 
 /// A folder holds rows of one grid and one build.
 void claim_folder(const fs::path& out, const Grid& grid) {
   require_writable_folder(out);
   const fs::path file = out / "sweep.json";
-  const Json own = {{"schema", "wheelhop.sweep/1"}, {"grid", grid.effective}, {"provenance", provenance()}};
+  const Json own = {{"schema", "wheelhop.sweep/2"}, {"config", grid.config}, {"provenance", provenance()}};
   if (fs::exists(file)) {
     const Json other = parse_json(read_file(file), file.string());
-    for (const char* part : {"grid", "provenance"})
-      if (!other.contains(part) || other[part] != own[part])
-        throw UserError(
-            fmt::format("{}: expected the {} of this call, found another: {}\ntake another folder, or remove "
-                        "this one to start anew",
-                        file.string(), part == std::string("grid") ? "grid" : "build",
-                        Json::diff(Json(other.value(part, Json())), Json(own[part])).dump().substr(0, 300)));
+    std::vector<std::string> differences;
+    list_differences(other, own, "$", differences);
+    if (!differences.empty())
+      throw UserError(
+          fmt::format("{}: the folder holds rows of another config or build\n  {}\ntake another folder, or remove "
+                      "this one to start anew",
+                      file.string(), fmt::join(differences, "\n  ")));
+    return;
   }
   write_json(file, own);
 }
 
-/// Appends rows as they come. UserError when the disk is full.
-class RowFile {
- public:
-  explicit RowFile(const fs::path& file) : file_(file), stream_(file, std::ios::app) {}
-  void add(const std::string& row) {
-    stream_ << row << '\n' << std::flush;
-    if (!stream_) throw UserError(file_.string() + ": cannot be written; what stands there is kept");
-  }
-
- private:
-  fs::path file_;
-  std::ofstream stream_;
-};
-
-/// Every number of the rows of a cell, by column.
-Json statistics_of_cell(const std::vector<Json>& rows) {
-  std::vector<std::string> columns;
-  std::map<std::string, std::vector<double>> values;
-  for (const Json& row : rows)
-    for (const auto& [column, value] : row.items()) {
-      if (!value.is_number() || column == "cell" || column == "realisation") continue;
-      if (values[column].empty()) columns.push_back(column);
-      values[column].push_back(value.get<double>());
-    }
-  Json out = Json::object();
-  for (const std::string& column : columns) {
-    const double largest = *std::max_element(values[column].begin(), values[column].end());
-    values[column].resize(rows.size(), -std::numeric_limits<double>::infinity());  // failed rows have none
-    const Statistics s = statistics_of(values[column]);
-    out[column] = {{"median", s.median}, {"q05", s.q05},   {"q95", s.q95}, {"min", s.min},
-                   {"max", largest},     {"n_ok", s.n_ok}, {"n", s.n}};
-  }
-  return out;
+std::string go_on(const fs::path& out) {
+  return fmt::format("finished rows are kept in {}; start the same command again to go on", out.string());
 }
 
-/// Of how many starts a solver ends within 1 % of the least cost that any of them reached on the same data.
-void count_near_best(const Grid& grid, const std::vector<std::vector<Json>>& by_cell, Json& table) {
-  const auto problem_of = [&](std::size_t c, const Json& row) {
-    Json config = grid.cells[c].config.effective;
-    config.erase("solver");
-    config.erase("as_printed");  // which repeats the solver
-    return config.dump() + row["realisation"].dump();
-  };
-  for (const char* column : {"map_cost", "joint_cost"}) {
-    std::map<std::string, double> least;
-    const auto each = [&](const auto& visit) {
-      for (std::size_t c = 0; c < by_cell.size(); ++c)
-        for (const Json& row : by_cell[c])
-          if (row.contains(column) && row[column].is_number()) visit(c, problem_of(c, row), row[column].get<double>());
-    };
-    each([&](std::size_t, const std::string& problem, double cost) {
-      double& best = least.try_emplace(problem, cost).first->second;
-      best = std::min(best, cost);
+/// The rows of the first `realisations` that a shard has to compute and that are not there, all cells of one
+/// realisation before the next.
+std::vector<RowKey> open_rows(const Grid& grid, Index realisations, Shard shard, const RowStore& store) {
+  std::vector<RowKey> open;
+  Index number = 0;
+  for (Index r = 0; r < realisations; ++r)
+    for (std::size_t c = 0; c < grid.cells.size(); ++c)
+      if (number++ % shard.of == shard.number - 1 && !store.has({c, r})) open.push_back({c, r});
+  return open;
+}
+
+void write_timing(const fs::path& out, const RowIndex& rows, std::size_t cells) {
+  std::vector<std::vector<double>> by_cell(cells);
+  double total = 0;
+  for (const auto& [key, seconds] : rows.seconds())
+    if (key.cell < cells) {
+      by_cell[key.cell].push_back(seconds);
+      total += seconds;
+    }
+  if (total == 0) return;  // an earlier start wrote it
+  Json list = Json::array();
+  for (std::vector<double>& seconds : by_cell) {
+    std::sort(seconds.begin(), seconds.end());
+    list.push_back({{"rows", seconds.size()},
+                    {"median_s", seconds.empty() ? Json() : Json(quantile(seconds, 0.5))},
+                    {"largest_s", seconds.empty() ? Json() : Json(seconds.back())}});
+  }
+  write_json(out / "timing.json", {{"schema", "wheelhop.timing/2"}, {"rows_s", total}, {"cells", std::move(list)}});
+  for (const auto& entry : fs::directory_iterator(out)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("timing") && name.ends_with(".jsonl")) fs::remove(entry.path());
+  }
+}
+
+int dry_run(const Grid& grid, const SweepRequest& request) {
+  const Index realisations = grid.until ? grid.until->at_most : grid.realisations;
+  const std::size_t cells = grid.cells.size(), rows = cells * static_cast<std::size_t>(realisations);
+  for (const Axis& axis : grid.axes)
+    fmt::print("{}: {} values: {}\n", axis.name, axis.labels.size(), join_names(axis.labels));
+  fmt::print("{} cells ({} left out by rules) x {}{} realisations = {} rows\n", cells, grid.excluded,
+             grid.until ? "at most " : "", realisations, rows);
+  std::set<std::size_t> timed;
+  for (std::size_t i = 0; i < 5; ++i) timed.insert((cells - 1) * i / 4);
+  double seconds = 0;
+  for (const std::size_t cell : timed) {
+    const auto start = std::chrono::steady_clock::now();
+    const Json row = compute_row(grid, cell, 0);
+    const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    seconds += took;
+    std::string labels;
+    for (std::size_t i = 0; i < grid.axes.size(); ++i) labels += (i == 0 ? "" : ", ") + grid.label(cell, i);
+    fmt::print("  timed: {}: {:.3g} s, {}\n", labels, took, row["status"].get<std::string>());
+  }
+  const JobOptions options{request.jobs, "", "", true};
+  const double all = seconds / static_cast<double>(timed.size()) * static_cast<double>(rows);
+  fmt::print("about {:.3g} s of work, {:.3g} min with {} jobs\n", all,
+             all / 60 / static_cast<double>(threads_of(options)), threads_of(options));
+  return 0;
+}
+
+int recompute(const SweepRequest& request) {
+  const fs::path file = request.out / "sweep.json";
+  const Json own = parse_json(read_file(file), file.string());
+  const Grid grid = read_grid(own.at("config"), file.string());
+  std::string before;
+  RowKey key;
+  for (const auto& entry : fs::directory_iterator(request.out)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with("rows") || !name.ends_with(".jsonl")) continue;
+    for_each_line(entry.path(), [&](const std::string& line, std::size_t) {
+      if (line.find(request.recompute) == std::string::npos) return;
+      const Json row = Json::parse(line, nullptr, false);
+      if (!row.is_object() || row.value("config_hash", "") != request.recompute) return;
+      before = line;
+      key = {row.at("cell").get<std::size_t>(), row.at("realisation").get<Index>()};
     });
-    std::vector<Index> near(by_cell.size(), 0);
-    each([&](std::size_t c, const std::string& problem, double cost) { near[c] += cost <= 1.01 * least[problem]; });
-    for (std::size_t c = 0; c < by_cell.size(); ++c)
-      table["cells"][c][std::string(column) + "_within_1_percent_of_best"] = near[c];
   }
+  if (before.empty())
+    throw UserError(fmt::format("{}: no row has the config_hash {}", request.out.string(), request.recompute));
+  if (key.cell >= grid.cells.size() || row_hash(grid, key.cell, key.realisation) != request.recompute)
+    throw UserError(fmt::format("{}: its config does not give the row {} again", file.string(), request.recompute));
+  const std::string again = compute_row(grid, key.cell, key.realisation).dump();
+  const bool same = again == before;
+  const bool same_build = own.at("provenance") == provenance();
+  fmt::print("cell {}, realisation {}: {}{}\n", key.cell, key.realisation,
+             same ? "the same bytes" : "other bytes than before",
+             same_build ? "" : " (the folder was made by another build)");
+  if (!same) {
+    std::vector<std::string> differences;
+    list_differences(parse_json(before, "row"), parse_json(again, "row"), "row", differences);
+    fmt::print("  {}\n", fmt::join(differences, "\n  "));
+  }
+  return same ? 0 : 1;
 }
 
-Json table_json(const Grid& grid, const std::map<Key, std::string>& rows) {
-  std::vector<std::vector<Json>> by_cell(grid.cells.size());
-  for (const auto& [key, line] : rows) by_cell[key.first].push_back(parse_json(line, "row"));
-  Json table = {{"schema", "wheelhop.table/1"}, {"cells", Json::array()}};
-  for (std::size_t c = 0; c < grid.cells.size(); ++c) {
-    Json cell = {{"cell", c}};
-    for (std::size_t i = 0; i < grid.axes.size(); ++i) cell[grid.axes[i].name] = grid.cells[c].labels[i];
-    Index ok = 0;
-    std::map<std::string, Index> failures;
-    for (const Json& row : by_cell[c]) {
-      const bool good = row["status"] == "ok";
-      ok += good;
-      if (!good) ++failures[row["message"].get<std::string>()];
-    }
-    cell["n_ok"] = ok;
-    cell["n"] = by_cell[c].size();
-    for (const auto& [message, count] : failures) cell["failures"].push_back({{"message", message}, {"count", count}});
-    cell["columns"] = statistics_of_cell(by_cell[c]);
-    table["cells"].push_back(std::move(cell));
-  }
-  if (grid.measure == Measure::solver) count_near_best(grid, by_cell, table);
-  table["grid"] = grid.effective;
-  for (std::size_t c = 0; c < grid.cells.size(); ++c) {
-    Json config = grid.cells[c].config.effective;
-    Json changed = Json::object();
-    for (const auto& [key, value] : config.items())
-      if (grid.base.effective[key] != value) changed[key] = value;
-    table["cells"][c]["config_beside_base"] = std::move(changed);
-  }
-  table["provenance"] = provenance();
-  return table;
+std::function<std::string(const RowKey&)> row_maker(const Grid& grid) {
+  return [&grid](const RowKey& key) { return compute_row(grid, key.cell, key.realisation).dump(); };
 }
 
-/// What a measure is read by, in the order of printing.
-std::vector<std::string> headline(Measure measure) {
-  const auto vaf = [](const std::string& model) {
-    std::vector<std::string> names;
-    for (const PaperSignal& signal : kPaperSignals) names.push_back(model + "_vaf_" + signal.name);
-    return names;
-  };
-  switch (measure) {
-    case Measure::linear: return vaf("linear");
-    case Measure::inversion: return {"inversion_r2", "trusted_share"};
-    case Measure::nonlinear: return vaf("nonlinear");
-    case Measure::refined: return vaf("refined");
-    case Measure::solver: return {"map_cost", "map_evaluations", "joint_cost", "joint_evaluations"};
+/// Rank 0, or the only process.
+int lead(const SweepRequest& request, const Grid& grid, Shard shard, Ranks& ranks) {
+  const Index most = grid.until ? grid.until->at_most : grid.realisations;
+  RowStore store(request.out, shard, [&](const Json& row) {
+    const auto cell = row["cell"].get<std::size_t>();
+    const auto realisation = row["realisation"].get<Index>();
+    return cell < grid.cells.size() && realisation < most &&
+           row.value("config_hash", "") == row_hash(grid, cell, realisation);
+  });
+  const JobOptions options{request.jobs, "sweep", go_on(request.out), request.quiet};
+  Index realisations = grid.realisations;
+  Json claims;
+  for (bool more = true; more;) {
+    compute_rows(store, open_rows(grid, realisations, shard, store), ranks, options, row_maker(grid));
+    more = false;
+    if (!grid.until) break;
+    claims = decided_claims(grid, store, realisations);
+    const auto open =
+        std::count_if(claims.begin(), claims.end(), [](const Json& one) { return one["claim"].is_null(); });
+    if (!request.quiet)
+      fmt::print(stderr, "{} realisations: {} of {} claims decided\n", realisations,
+                 static_cast<Index>(claims.size()) - open, claims.size());
+    more = open > 0 && realisations < grid.until->at_most;
+    if (more) realisations = std::min(realisations + grid.until->batch, grid.until->at_most);
   }
-  return {};
+  const std::size_t total = grid.cells.size() * static_cast<std::size_t>(realisations);
+  Json table;
+  const bool whole = store.merge(total, [&] {
+    write_rows_csv(store, request.out / "rows.csv");
+    write_timing(request.out, store, grid.cells.size());
+    table = table_json(grid, store);
+    if (grid.until) table["until"] = {{"realisations", realisations}, {"claims", claims}};
+    table["comparison"] = usual_comparison(grid, store);
+    table["provenance"] = provenance();
+    write_json(request.out / "table.json", table);
+  });
+  if (!whole) {
+    fmt::print("{} of {} rows are in {}; the call that finds all of them writes the table\n", store.size(), total,
+               request.out.string());
+    return 0;
+  }
+  print_table(grid, table);
+  fmt::print("\nwritten: {0}/rows.jsonl, {0}/rows.csv, {0}/table.json, {0}/timing.json\n", request.out.string());
+  for (const Json& cell : table["cells"])
+    if (cell["n_ok"] != cell["n"]) return 1;
+  return 0;
 }
 
-void print_table(const Grid& grid, const Json& table) {
-  const std::vector<std::string> columns = headline(grid.measure);
-  fmt::print("median [5 %, 95 %] of {} realisations: {}\n", grid.realisations, join_names(columns));
-  for (const Json& cell : table["cells"]) {
-    std::string line;
-    for (const Axis& axis : grid.axes) line += fmt::format("{:<24} ", cell[axis.name].get<std::string>());
-    for (const std::string& column : columns) {
-      if (!cell["columns"].contains(column)) {
-        line += fmt::format("{:>26}", "-");
-        continue;
-      }
-      const Json& s = cell["columns"][column];
-      const auto number = [&](const char* key) {
-        return s[key].is_number() ? fmt::format("{:.5g}", s[key].get<double>()) : "-";
-      };
-      line += fmt::format("{:>10} {:<16}", number("median"), fmt::format("[{}, {}]", number("q05"), number("q95")));
-    }
-    for (const char* key : {"map_cost_within_1_percent_of_best", "joint_cost_within_1_percent_of_best"})
-      if (cell.contains(key)) line += fmt::format(" {:>3}", cell[key].get<Index>());
-    fmt::print("{}({}/{} ok)\n", line, cell["n_ok"].get<Index>(), cell["n"].get<Index>());
+int sweep_over(Ranks& ranks, const SweepRequest& request) {
+  if (!ranks.first()) {
+    if (!ranks.agree(true)) return 2;  // rank 0 said why
+    const Grid grid = read_grid(request.config);
+    serve_rows(ranks, row_maker(grid));
+    return 0;
+  }
+  bool agreed = false;
+  try {
+    const Shard shard = read_shard(request.shard);
+    const Grid grid = read_grid(request.config);
+    if (ranks.size() > 1 && (shard.of > 1 || request.jobs > 1))
+      throw UserError("started by mpirun or srun, rows go to the ranks: leave --shard and --jobs out");
+    if (grid.until && shard.of > 1)
+      throw UserError("a sweep with `until` needs every row to decide: use --jobs or mpirun in place of --shard");
+    claim_folder(request.out, grid);
+    agreed = ranks.agree(true);
+    const int status = lead(request, grid, shard, ranks);
+    end_rows(ranks);
+    return status;
+  } catch (...) {
+    if (agreed)
+      end_rows(ranks);
+    else
+      ranks.agree(false);
+    throw;
   }
 }
 
 }  // namespace
 
 int run_sweep(const SweepRequest& request) {
-  const Grid grid = read_grid(request.config);
-  claim_folder(request.out, grid);
-  const fs::path rows_file = request.out / "rows.jsonl";
-  std::map<Key, std::string> rows = finished_rows(rows_file, grid);
-  std::vector<Key> open;
-  for (std::size_t c = 0; c < grid.cells.size(); ++c)
-    for (Index r = 0; r < grid.realisations; ++r)
-      if (!rows.contains({c, r})) open.emplace_back(c, r);
-  std::string kept;  // without a torn line
-  for (const auto& [key, line] : rows) kept += line + "\n";
-  write_file(rows_file, kept);
-
-  Json timing = {{"schema", "wheelhop.timing/1"}, {"row_s", Json::object()}};
-  const fs::path timing_file = request.out / "timing.json";
-  if (fs::exists(timing_file) && !rows.empty()) timing = parse_json(read_file(timing_file), timing_file.string());
-  RowFile file(rows_file);
-  Progress progress("sweep", static_cast<long>(open.size()), request.quiet);
-  std::mutex mutex;
-  std::atomic<std::size_t> next = 0;
-  std::exception_ptr failure;
-  const auto work = [&] {
-    try {
-      for (std::size_t i = next++; i < open.size(); i = next++) {
-        const auto start = std::chrono::steady_clock::now();
-        const std::string row = compute_row(grid, open[i].first, open[i].second).dump();
-        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        const std::lock_guard lock(mutex);
-        file.add(row);
-        rows[open[i]] = row;
-        timing["row_s"][fmt::format("{}/{}", open[i].first, open[i].second)] = seconds;
-        progress.advance();
-      }
-    } catch (...) {
-      next = open.size();
-      const std::lock_guard lock(mutex);
-      failure = std::current_exception();
-    }
-  };
-  {
-    const unsigned threads = std::max(1U, std::thread::hardware_concurrency());
-    const Index jobs = request.jobs > 0 ? request.jobs : static_cast<Index>(threads);
-    std::vector<std::jthread> others;
-    for (Index i = 1; i < jobs; ++i) others.emplace_back(work);
-    work();
-  }
-  write_json(timing_file, timing);
-  if (failure) std::rethrow_exception(failure);
-  std::string sorted;
-  for (const auto& [key, line] : rows) sorted += line + "\n";
-  write_file(rows_file, sorted);
-  const Json table = table_json(grid, rows);
-  write_json(request.out / "table.json", table);
-  print_table(grid, table);
-  fmt::print("\nwritten: {0}/rows.jsonl, {0}/table.json, {0}/timing.json\n", request.out.string());
-  for (const Json& cell : table["cells"])
-    if (cell["n_ok"] != cell["n"]) return 1;
-  return 0;
+  if (!request.recompute.empty()) return recompute(request);
+  if (request.config.empty()) throw UserError("sweep: expected a CONFIG (wheelhop sweep --help)");
+  if (request.dry_run) return dry_run(read_grid(request.config), request);
+  if (request.out.empty()) throw UserError("sweep: expected a folder, --out DIR (wheelhop sweep --help)");
+  Ranks ranks;
+  return sweep_over(ranks, request);
 }
 
 }  // namespace wheelhop

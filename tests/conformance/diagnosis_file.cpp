@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "core/plant/dataset.hpp"
-#include "experiments/diagnose_answer.hpp"
-#include "experiments/diagnose_json.hpp"
-#include "experiments/diagnose_report.hpp"
+#include "experiments/diagnose/answer.hpp"
+#include "experiments/diagnose/json.hpp"
+#include "experiments/diagnose/report.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/nonlinearity/mlp.hpp"

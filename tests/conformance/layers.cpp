@@ -57,7 +57,7 @@ TEST_CASE("no file includes a layer above its own, and no family of pieces inclu
 TEST_CASE("what makes blind cases shares no laws, simulation or catalogue with the diagnosis it tests") {
   const std::filesystem::path root = WHEELHOP_SOURCE, blind = root / "experiments/blind";
   std::vector<std::filesystem::path> files = {blind / "make.hpp", blind / "make.cpp"};
-  for (const auto& entry : std::filesystem::directory_iterator(blind / "truth")) files.push_back(entry.path());
+  for (const auto& entry : std::filesystem::directory_iterator(root / "experiments/rig")) files.push_back(entry.path());
   CHECK(files.size() > 20);
   for (const auto& file : files) {
     CAPTURE(file.string());
@@ -68,8 +68,8 @@ TEST_CASE("what makes blind cases shares no laws, simulation or catalogue with t
       const std::string included = line.substr(10, line.find('"', 10) - 10);
       CAPTURE(included);
       CHECK((included.starts_with("core/base/") || included.starts_with("core/data/") ||
-             included.starts_with("experiments/blind/truth/") || included == "experiments/blind/make.hpp" ||
-             included == "experiments/progress.hpp"));
+             included.starts_with("experiments/rig/") || included == "experiments/blind/make.hpp" ||
+             included.starts_with("experiments/run/")));
     }
   }
 }

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "core/plant/laws.hpp"
-#include "experiments/list.hpp"
+#include "experiments/list/list.hpp"
 #include "variants/table.hpp"
 
 using namespace wheelhop;

@@ -8,7 +8,7 @@
 #include "core/data/records.hpp"
 #include "core/plant/dataset.hpp"
 #include "experiments/blind/run.hpp"
-#include "experiments/diagnose.hpp"
+#include "experiments/diagnose/diagnose.hpp"
 #include "tests/support/folder.hpp"
 #include "tests/support/plants.hpp"
 

@@ -7,7 +7,7 @@
 #include "core/data/records.hpp"
 #include "core/plant/dataset.hpp"
 #include "experiments/blind/make.hpp"
-#include "experiments/blind/truth/sha256.hpp"
+#include "experiments/rig/sha256.hpp"
 #include "tests/support/folder.hpp"
 
 using namespace wheelhop;

@@ -1,5 +1,5 @@
 // `generate` from config to folder: what it writes reads back, twice the same bytes, and mistakes leave nothing behind.
-#include "experiments/generate.hpp"
+#include "experiments/generate/generate.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

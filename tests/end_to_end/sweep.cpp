@@ -1,8 +1,13 @@
 // `wheelhop sweep`: rows for everything, the same whatever the jobs and restarts, mistakes before anything is computed.
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
+#include <chrono>
+#include <cstdlib>
 #include <fstream>
 
 #include "core/base/files.hpp"
+#include "core/base/random.hpp"
 #include "tests/support/folder.hpp"
 #include "tests/support/program.hpp"
 
@@ -89,8 +94,210 @@ TEST_CASE("a sweep that was stopped goes on: finished rows are kept, a torn line
   other["realisations"] = 3;
   const Said refused = sweep(folder, other, "out");
   CHECK(refused.status == 2);
-  CHECK_THAT(refused.err, Contains("sweep.json") && Contains("another") && Contains("realisations"));
+  CHECK_THAT(refused.err, Contains("sweep.json") && Contains("another") && Contains("realisations: 2, now 3"));
   CHECK(rows_of(folder, "out") == again);
+}
+
+TEST_CASE("shards in any order, and ranks of an MPI job, give the bytes of one process") {
+  const Folder folder;
+  prepare(folder);
+  REQUIRE(sweep(folder, small_sweep(), "one").status == 0);
+  for (const char* shard : {"3/3", "1/3"}) {
+    const Said part = sweep(folder, small_sweep(), "shards", std::string("--shard ") + shard);
+    CHECK(part.status == 0);
+    CHECK_THAT(part.out, Contains("of 8 rows"));
+    CHECK_FALSE(std::filesystem::exists(folder / "shards/table.json"));
+  }
+  REQUIRE(sweep(folder, small_sweep(), "shards", "--shard 2/3").status == 0);
+  for (const char* file : {"rows.jsonl", "rows.csv", "table.json"})
+    CHECK(read_file(folder / "shards" / file) == read_file(folder / "one" / file));
+  CHECK_FALSE(std::filesystem::exists(folder / "shards/rows.2-of-3.jsonl"));
+
+  for (const char* wrong : {"0/3", "4/3", "2", "a/b", "1/0", "1/2/3"}) {
+    const Said refused = sweep(folder, small_sweep(), "none", std::string("--shard ") + wrong);
+    CHECK(refused.status == 2);
+    CHECK_THAT(refused.err, Contains("--shard") && Contains(wrong));
+  }
+
+  if (std::system("mpirun --version >/dev/null 2>&1") != 0) {
+    WARN("mpirun is not here: MPI is not tested");
+    return;
+  }
+  const std::string command =
+      "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 timeout 120 mpirun --oversubscribe "
+      "-n 2 '" WHEELHOP_PROGRAM "' sweep " +
+      (folder / "sweep.json").string() + " --quiet --out " + (folder / "ranks").string() + " >/dev/null 2>&1";
+  REQUIRE(std::system(command.c_str()) == 0);
+  for (const char* file : {"rows.jsonl", "table.json"})
+    CHECK(read_file(folder / "ranks" / file) == read_file(folder / "one" / file));
+}
+
+TEST_CASE("killed at any moment a sweep goes on: no row is lost or doubled, the bytes are those of one run") {
+  const Folder folder;
+  prepare(folder);
+  Json config = small_sweep();
+  config["realisations"] = 6;
+  REQUIRE(sweep(folder, config, "one").status == 0);
+  Random random(77, Stream::parameters);
+  int killed = 0;
+  for (int i = 0; i < 6; ++i) {
+    const double seconds = 0.05 + 0.25 * random.uniform();
+    killed += run_program(fmt::format("sweep {} --quiet --jobs 2 --out {}", (folder / "sweep.json").string(),
+                                      (folder / "out").string()),
+                          "timeout -s KILL " + fmt::format("{:.3f}", seconds))
+                  .status > 1;
+  }
+  CHECK(killed > 0);
+  REQUIRE(sweep(folder, config, "out").status == 0);
+  for (const char* file : {"rows.jsonl", "rows.csv", "table.json"})
+    CHECK(read_file(folder / "out" / file) == read_file(folder / "one" / file));
+}
+
+TEST_CASE("SIGTERM ends a sweep within a second, between two rows, and says how to go on") {
+  const Folder folder;
+  prepare(folder);
+  Json config = small_sweep();
+  config["realisations"] = 400;
+  write_json(folder / "sweep.json", config);
+  const auto start = std::chrono::steady_clock::now();
+  const Said said =
+      run_program("sweep " + (folder / "sweep.json").string() + " --quiet --jobs 2 --out " + (folder / "out").string(),
+                  "timeout --preserve-status -s TERM 1");
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  CHECK(said.status == 128 + 15);
+  CHECK(seconds < 3);
+  CHECK_THAT(said.err, Contains("stopped") && Contains("go on") && Contains((folder / "out").string()));
+  const std::string rows = rows_of(folder, "out");
+  REQUIRE_FALSE(rows.empty());
+  CHECK(rows.back() == '\n');
+}
+
+TEST_CASE("a full disk stops a sweep with a message, and what stands there is kept") {
+  const Folder folder;
+  prepare(folder);
+  std::filesystem::create_directories(folder / "out");
+  std::filesystem::create_symlink("/dev/full", folder / "out/rows.jsonl");
+  const Said said = sweep(folder, small_sweep(), "out");
+  CHECK(said.status == 2);
+  CHECK_THAT(said.err, Contains("rows.jsonl") && Contains("No space left") && Contains("go on"));
+  CHECK(said.lines() == 1);
+}
+
+TEST_CASE("a row made again by its hash has the same bytes, and one that was changed is told") {
+  const Folder folder;
+  prepare(folder);
+  REQUIRE(sweep(folder, small_sweep(), "out").status == 0);
+  const std::string rows = rows_of(folder, "out");
+  const Json row = parse_json(rows.substr(0, rows.find('\n')), "row");
+  const std::string hash = row.at("config_hash").get<std::string>();
+  std::filesystem::remove(folder / "base.json");  // the folder alone is enough
+  const auto again = [&](const std::string& wanted) {
+    return run_program("sweep --recompute " + wanted + " --out " + (folder / "out").string());
+  };
+  const Said same = again(hash);
+  CHECK(same.status == 0);
+  CHECK_THAT(same.out, Contains("the same bytes"));
+  std::string changed = rows;
+  changed.replace(changed.find("\"status\":\"ok\""), 13, "\"status\":\"OK\"");
+  write_file(folder / "out/rows.jsonl", changed);
+  const Said other = again(hash);
+  CHECK(other.status == 1);
+  CHECK_THAT(other.out, Contains("other bytes") && Contains("status"));
+  CHECK(again("0123456789abcdef").status == 2);
+}
+
+TEST_CASE("axes: ranges, zips, presets, parameters of the plant, outputs and rules make the cells they say") {
+  const Folder folder;
+  prepare(folder);
+  Json config = small_sweep();
+  config["axes"] = Json::parse(R"([
+    {"name": "snr_db", "from": 60, "to": 20, "step": -20},
+    {"zip": [{"name": "plant_parameters.suspension.hardening_spring.alpha_per_m2", "values": [0, 1500]},
+             {"name": "strength", "values": [{"label": "none", "set": {}}, {"label": "paper", "set": {}}]}]},
+    {"name": "sensors", "values": [{"label": "all", "set": {}}, {"label": "axle", "set": {"outputs": ["axle_acceleration"]}}]}
+  ])");
+  config["exclude"] = Json::parse(R"([{"snr_db": [40, 20], "sensors": "axle"}])");
+  config["realisations"] = 1;
+  const Said said = sweep(folder, config, "out");
+  INFO(said.err);
+  REQUIRE(said.status == 0);
+  const Json table = parse_json(read_file(folder / "out/table.json"), "table.json");
+  CHECK(table.at("cells").size() == 8);
+  CHECK(table.at("excluded_cells") == 4);
+  std::istringstream lines(rows_of(folder, "out"));
+  for (std::string line; std::getline(lines, line);) {
+    const Json row = parse_json(line, "row");
+    CHECK(row.at("snr_db").is_number());
+    CHECK((row.at("plant_parameters.suspension.hardening_spring.alpha_per_m2") == 0) == (row.at("strength") == "none"));
+    CHECK(row.contains("linear_vaf_chassis_acceleration") == (row.at("sensors") == "all"));
+    CHECK(row.contains("linear_rmse_axle_acceleration"));
+  }
+  const Said dry = run_program("sweep " + (folder / "sweep.json").string() + " --dry-run");
+  CHECK(dry.status == 0);
+  CHECK_THAT(dry.out, Contains("8 cells (4 left out by rules)") && Contains("snr_db: 3 values: 60, 40, 20"));
+  // The header and one line a row, as many fields everywhere.
+  std::istringstream csv(read_file(folder / "out/rows.csv"));
+  std::string header;
+  std::getline(csv, header);
+  Index count = 0;
+  for (std::string line; std::getline(csv, line); ++count)
+    CHECK(std::count(line.begin(), line.end(), ',') == std::count(header.begin(), header.end(), ','));
+  CHECK(count == 8);
+}
+
+TEST_CASE("realisations are added until the claims are decided, the same way after a stop") {
+  const Folder folder;
+  prepare(folder);
+  Json config = small_sweep();
+  config["axes"][0]["values"] = {40};
+  config["axes"][1]["values"][1] = Json::parse(R"({"label": "fails", "set": {"subspace.block_rows": 400}})");
+  config["realisations"] = 5;
+  config["until"] = {{"over", "method"}, {"at_most", 60}, {"batch", 5}};
+  REQUIRE(sweep(folder, config, "one").status == 1);
+  const Json table = parse_json(read_file(folder / "one/table.json"), "table.json");
+  const Index used = table.at("until").at("realisations").get<Index>();
+  CHECK(used >= 5);
+  CHECK(used < 60);
+  for (const Json& claim : table.at("until").at("claims")) {
+    CHECK(claim.at("claim") == "a_better");
+    CHECK(claim.at("after").get<Index>() <= used);
+  }
+  CHECK(table.at("cells").at(0).at("n") == used);
+  run_program("sweep " + (folder / "sweep.json").string() + " --quiet --jobs 1 --out " + (folder / "two").string(),
+              "timeout -s KILL 0.3");
+  REQUIRE(sweep(folder, config, "two").status == 1);
+  CHECK(read_file(folder / "one/table.json") == read_file(folder / "two/table.json"));
+}
+
+TEST_CASE("compare says which method is better, by how much, and counts ties and failures") {
+  const Folder folder;
+  prepare(folder);
+  Json config = small_sweep();
+  config["realisations"] = 12;
+  config["axes"][1]["values"] = Json::parse(R"([
+    {"label": "pi", "set": {"subspace": {"name": "pi_moesp", "block_rows": 20}}},
+    {"label": "fails", "set": {"subspace": {"name": "pi_moesp", "block_rows": 400}}},
+    {"label": "again", "set": {"subspace": {"name": "pi_moesp", "block_rows": 20}}}])");
+  CHECK(sweep(folder, config, "out").status == 1);
+  const Said said = run_program("compare " + (folder / "out").string() + " --over method --by snr_db");
+  INFO(said.err);
+  REQUIRE(said.status == 0);
+  CHECK_THAT(said.out, Contains("pi beats fails: the other one fails in most pairs on axle_acceleration at snr_db 40; "
+                                "12 of 12 pairs") &&
+                           Contains("pi and again are equivalent within 0.1 VAF points"));
+  const Json result = parse_json(read_file(folder / "out/compare.json"), "compare.json");
+  CHECK(result.at("comparisons").size() == 6);
+  for (const Json& one : result.at("comparisons")) {
+    CHECK(one.at("methods").at(1).at("failed") == 12);
+    CHECK(one.at("blocks") == 12);
+    for (const Json& pair : one.at("pairs"))
+      CHECK(pair.at("wins").get<int>() + pair.at("ties").get<int>() + pair.at("losses").get<int>() == 12);
+  }
+  const Json table = parse_json(read_file(folder / "out/table.json"), "table.json");
+  CHECK(table.at("comparison").at("comparisons") == result.at("comparisons"));
+  const Said refused = run_program("compare " + (folder / "out").string() + " --over metod");
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Contains("metod") && Contains("snr_db, method"));
 }
 
 TEST_CASE("a failed cell is a row with its reason, counted in the table, and the exit status is 1") {
@@ -132,4 +339,27 @@ TEST_CASE("a bad sweep is refused with file and path before anything is computed
              }),
              Contains("seed.x") && Contains("no object"));
   CHECK_THAT(refused([](Json& c) { c["base"] = "none.json"; }), Contains("none.json"));
+  CHECK_THAT(refused([](Json& c) {
+               c["axes"][0] = {{"name", "snr_db"}, {"from", 1}, {"to", 100000}, {"step", 1}};
+               c["axes"][1] = {{"name", "drive.rms"}, {"from", 0.001}, {"to", 0.02}, {"count", 10000}};
+             }),
+             Contains("$.axes") && Contains("100000 cells"));
+  CHECK_THAT(refused([](Json& c) {
+               c["axes"][0] = {{"name", "snr_db"}, {"from", 40}, {"to", 20}, {"step", 5}};
+             }),
+             Contains("$.axes[0].step"));
+  CHECK_THAT(
+      refused([](Json& c) {
+        c["axes"][1] = {{"zip", {{{"name", "seed"}, {"values", {1, 2}}}, {{"name", "substeps"}, {"values", {1}}}}}};
+      }),
+      Contains("$.axes[1].zip[1]") && Contains("2"));
+  CHECK_THAT(refused([](Json& c) { c["axes"][0] = {{"preset", "noisy"}}; }), Contains("noise"));
+  CHECK_THAT(refused([](Json& c) { c["exclude"] = {{{"snr_db", 41}}}; }), Contains("$.exclude[0].snr_db"));
+  CHECK_THAT(refused([](Json& c) { c["exclude"] = {{{"snr", 40}}}; }), Contains("snr_db, method"));
+  CHECK_THAT(refused([](Json& c) { c["exclude"] = {{{"snr_db", {40, 20}}}}; }), Contains("$.exclude"));
+  CHECK_THAT(refused([](Json& c) { c["until"] = {{"over", "speed"}, {"at_most", 30}}; }), Contains("$.until.over"));
+  CHECK_THAT(refused([](Json& c) {
+               c["axes"][0] = {{"name", "plant_parameters.tyre.mass_kg"}, {"values", {1}}};
+             }),
+             Contains("tyre.mass_kg") && Contains("known ones"));
 }

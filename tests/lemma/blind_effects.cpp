@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "experiments/blind/truth/effects.hpp"
+#include "experiments/rig/effects.hpp"
 #include "tests/support/plants.hpp"
 
 using namespace wheelhop;

@@ -9,7 +9,7 @@
 #include "experiments/blind/score.hpp"
 #include "experiments/blind/score_closure.hpp"
 #include "experiments/blind/score_table.hpp"
-#include "experiments/blind/truth/sha256.hpp"
+#include "experiments/rig/sha256.hpp"
 #include "tests/support/folder.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "core/plant/simulate.hpp"
-#include "experiments/blind/truth/prepare.hpp"
-#include "experiments/blind/truth/sha256.hpp"
+#include "experiments/rig/prepare.hpp"
+#include "experiments/rig/sha256.hpp"
 #include "tests/support/plants.hpp"
 
 using namespace wheelhop;

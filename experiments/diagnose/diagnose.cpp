@@ -1,0 +1,122 @@
+#include "experiments/diagnose/diagnose.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "core/base/files.hpp"
+#include "experiments/diagnose/answer.hpp"
+#include "experiments/diagnose/json.hpp"
+#include "experiments/diagnose/report.hpp"
+#include "experiments/report/render.hpp"
+#include "variants/nonlinearity/mlp.hpp"
+#include "variants/solver/levenberg_marquardt.hpp"
+#include "variants/solver/secant_levenberg_marquardt.hpp"
+#include "variants/table.hpp"
+
+namespace wheelhop {
+namespace {
+
+constexpr std::uint64_t kPlaceboSeed = 3;
+
+/// The plant in which the answer is missing: its parameters those found together with the effects, which do not bend to
+/// make up for them as re-tuned ones do; the plant as delivered where a parameter is the answer, or nothing.
+Plant bare_plant(const Plant& plant, const Diagnosis& diagnosis) {
+  if (diagnosis.outcome == GapOutcome::located_not_in_catalogue || diagnosis.outcome == GapOutcome::insufficient)
+    return diagnosis.retuned_plant;
+  Plant bare = plant;
+  if (diagnosis.outcome == GapOutcome::parameter || diagnosis.outcome == GapOutcome::none) return bare;
+  for (const FitParameter& moved : tolerance_parameters(plant))
+    set_parameter(bare, moved.name, get_parameter(diagnosis.plant, moved.name));
+  return bare;
+}
+
+/// A diagnosis does not fail for want of a picture.
+void draw(const Plant& plant, const Examination& examination, const DiagnoseRequest& request) {
+  const std::filesystem::path figures = figures_beside(request.out);
+  write_json(figures, diagnosis_figures_json(plant, examination));
+  std::error_code ignored;
+  std::filesystem::remove(request.report, ignored);  // the page of an earlier run would lie
+  std::fflush(stdout);
+  const Rendered drawn = render(request.out, request.report);
+  if (drawn.exit_status == 0)
+    fmt::print("drawn: {}\n", request.report.string());
+  else
+    fmt::print("not drawn: {} ({}); its data: {}\n", request.report.string(), drawn.message, figures.string());
+}
+
+}  // namespace
+
+CandidateList catalogue_without(std::vector<std::string> left_out) {
+  return [left_out = std::move(left_out)](const Plant& plant, const Operation& operation) {
+    std::vector<EffectCandidate> candidates = effect_candidates(plant, operation);
+    std::erase_if(candidates, [&](const EffectCandidate& candidate) {
+      return std::find(left_out.begin(), left_out.end(), candidate.effect) != left_out.end();
+    });
+    return candidates;
+  };
+}
+
+Diagnosis diagnose_records(const Plant& plant, const RecordSet& set, const CandidateList& candidates,
+                           const std::function<void(const std::string&)>& step) {
+  const auto quick =
+      make_secant_levenberg_marquardt({.relative_decrease = 2e-3, .trusted_gain = 0.25, .ending_share = 1});
+  const auto thorough = make_secant_levenberg_marquardt({.relative_decrease = 1e-4});
+  const auto patient = make_levenberg_marquardt({.relative_decrease = 1e-5});
+  Random random(1, Stream::bootstrap);
+  return diagnose(plant, set, candidates, {*quick, *thorough, *patient}, {}, random, step);
+}
+
+std::filesystem::path write_diagnosis(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,
+                                      const std::filesystem::path& out, const Json& more) {
+  std::filesystem::path corrected = out;
+  corrected.replace_extension(".plant.json");
+  write_json(corrected, to_json(diagnosis.plant));
+  Json file = diagnosis_json(plant, diagnosis, examination, diagnosis.status == Status::ok ? answer(diagnosis) : "",
+                             corrected.filename().string());
+  file.update(more);
+  write_json(out, file);
+  return corrected;
+}
+
+int run_diagnose(const DiagnoseRequest& request) {
+  const Plant plant = load_plant(request.plant);
+  const RecordSet set = load_records(request.records, plant.input_channels(), plant.output_channels());
+  require_writable_folder(request.out.parent_path());
+  if (!request.report.empty()) require_writable_folder(request.report.parent_path());
+  const auto step = [&](const std::string& what) {
+    if (!request.quiet) std::fprintf(stderr, "diagnose: %s\n", what.c_str());
+  };
+  const Diagnosis diagnosis = diagnose_records(plant, set, effect_candidates, step);
+  if (diagnosis.status != Status::ok) {
+    write_diagnosis(plant, diagnosis, nullptr, request.out);
+    std::fprintf(stderr, "wheelhop: %s\n", diagnosis.message.c_str());
+    return 1;
+  }
+  step("where the gap lies");
+  Random bootstrap(2, Stream::bootstrap);
+  const auto solver = make_secant_levenberg_marquardt({.relative_decrease = 1e-4});
+  const std::unique_ptr<StaticMap> map = make_mlp(2, 1, {});
+  const auto map_solver = make_levenberg_marquardt({});
+  const Examination examination =
+      examine({plant, diagnosis.retuned_plant, diagnosis.plant}, set, diagnosis.floor, bare_plant(plant, diagnosis),
+              place_of_note(diagnosis), *solver,
+              {.ceiling = place_of_ceiling(diagnosis), .map = map.get(), .map_solver = map_solver.get()}, bootstrap);
+  const std::filesystem::path corrected = write_diagnosis(plant, diagnosis, &examination, request.out);
+  Placebo again;
+  if (request.placebo > 0) {
+    again = placebo(
+        diagnosis, set, request.placebo, kPlaceboSeed,
+        [&](const RecordSet& simulated) { return diagnose_records(plant, simulated, effect_candidates); }, step);
+    write_diagnosis(plant, diagnosis, &examination, request.out, {{"placebo", placebo_json(again)}});
+  }
+  print(diagnosis, request.placebo > 0 ? &again : nullptr);
+  print_ceiling(diagnosis, examination.ceiling);
+  print_examination(examination);
+  fmt::print("\nwritten: {}, {}\n", request.out.string(), corrected.string());
+  if (!request.report.empty()) draw(plant, examination, request);
+  return 0;
+}
+
+}  // namespace wheelhop

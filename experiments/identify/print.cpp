@@ -1,0 +1,71 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "experiments/identify/study.hpp"
+
+namespace wheelhop {
+namespace {
+
+std::string numbers(const Vector& values) {
+  std::string text;
+  for (const double value : values) text += fmt::format(" {:.4g}", value);
+  return text;
+}
+
+/// "val.csv [100, 4100)": records may be parts of one file.
+std::string label(const RecordScore& score) {
+  return fmt::format("{} [{}, {})", std::filesystem::path(score.file).filename().string(), score.first,
+                     score.first + score.samples);
+}
+
+void print_steps(const IdentifyConfig& config, const PipelineResult& result) {
+  const Vector& s = result.linear.singular_values;
+  fmt::print("trained on {}; input persistently exciting of order {} (needed: {})\n", config.record,
+             config.excitation_found, config.excitation_needed);
+  fmt::print("step 1  order {} (gap {:.3g}); singular values{}\n", result.linear.order_used, result.linear.gap,
+             numbers(s.head(std::min<Index>(s.size(), result.linear.order_used + 3))));
+  if (config.pipeline.direction != "input")
+    fmt::print("step 2  direction: residual {:.3g} of the linear residual; {} start(s) agree\n",
+               result.direction.residual, result.direction.agreeing);
+  for (std::size_t i = 0; i < result.passes.size(); ++i) {
+    const Pass& pass = result.passes[i];
+    fmt::print("pass {}  training VAF %{}{}{}\n", i + 1, numbers(pass.training_vaf),
+               pass.status == Status::ok ? "" : fmt::format("  {}: {}", to_string(pass.status), pass.message),
+               static_cast<Index>(i) == result.best ? "  (kept)" : "");
+  }
+  if (result.refinement.solution.iterations > 0)
+    fmt::print("refined {} iterations: {}\n", result.refinement.solution.iterations,
+               result.refinement.solution.message);
+}
+
+}  // namespace
+
+void print_identification(const IdentifyConfig& config, const PipelineResult& result, const ModelFile& model,
+                          const std::vector<RecordScore>& scores) {
+  print_steps(config, result);
+  std::size_t width = 0;
+  for (const RecordScore& score : scores) width = std::max(width, label(score).size());
+  fmt::print("\nfree run, initial state from the first {} samples\n", config.initial_state_samples);
+  fmt::print("{:<{}} {:<11} {:<26} {:>10} {:>10} {:>15} {:>10}\n", "record", width, "role", "output", "linear VAF",
+             "VAF %", "RMSE", "NRMSE");
+  for (const RecordScore& score : scores) {
+    if (score.status != Status::ok) {
+      fmt::print("{:<{}} {:<11} {}: {}\n", label(score), width, score.role, to_string(score.status), score.message);
+      continue;
+    }
+    for (Index i = 0; i < score.vaf.size(); ++i) {
+      const Channel& channel = config.outputs[static_cast<std::size_t>(i)];
+      fmt::print("{:<{}} {:<11} {:<26} {:>10.2f} {:>10.4f} {:>15} {:>10.3g}\n", i == 0 ? label(score) : "", width,
+                 i == 0 ? score.role : "", channel.name, score.linear_vaf(i), score.vaf(i),
+                 fmt::format("{:.4g} {}", score.rmse(i), channel.unit), score.nrmse(i));
+    }
+    for (const Excess& excess : score.beyond)
+      fmt::print("{:<{}} leaves the training range: {} by {:.3g}{}{} ({:.1f} % of it), {} samples\n", "", width,
+                 excess.channel, excess.distance, excess.unit.empty() ? "" : " ", excess.unit, 100 * excess.share,
+                 excess.samples);
+  }
+  if (model.status != Status::ok) fmt::print("\n{}: {}\n", to_string(model.status), model.message);
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,54 @@
+/// \file
+/// The parts of `wheelhop identify`: config and checks, scores, print.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/data/records.hpp"
+#include "core/model/model_file.hpp"
+#include "experiments/experiment/study.hpp"
+
+namespace wheelhop {
+
+struct IdentifyConfig {
+  std::vector<Channel> inputs, outputs;
+  Index seed = 1;
+  std::string record;  ///< file name of the estimation record
+  Index record_index = -1;
+  Index initial_state_samples = 100;
+  double excitation_tolerance = 1e-12;
+  PieceSet pieces;
+  PipelineOptions pipeline;
+  RecordSet set;
+  Index excitation_found = 0, excitation_needed = 0;  ///< orders; found counts up to what is needed
+  Json effective;
+
+  const Signal& training() const { return set.records[static_cast<std::size_t>(record_index)].signal; }
+};
+
+/// Reads config and records and makes all checks that need no computation beyond the drive's excitation.
+IdentifyConfig read_identify_config(const std::filesystem::path& config, const std::filesystem::path& records);
+
+/// Scores of a model on one record.
+struct RecordScore {
+  std::string file, role;
+  Index first = 0, samples = 0;  ///< part of the file that was scored: [first, first + samples)
+  Status status = Status::failed;
+  std::string message;
+  Vector vaf, rmse, nrmse;  ///< p of the model; rmse in the units of the outputs
+  Vector linear_vaf;        ///< p of the linear model of step 1
+  std::vector<Excess> beyond;
+  Index samples_beyond = 0;  ///< with any channel outside the envelope
+};
+
+/// Initial state of a model on a record in physical units, from its first samples.
+Vector initial_state(const ModelFile& model, const Signal& record, Index samples);
+
+/// Largest eigenvalue modulus of the model linearised at rest, A + Bt df/dx(0).
+double radius_at_rest(const NonlinearModel& model);
+
+void print_identification(const IdentifyConfig& config, const PipelineResult& result, const ModelFile& model,
+                          const std::vector<RecordScore>& scores);
+
+}  // namespace wheelhop

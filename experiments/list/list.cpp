@@ -1,0 +1,100 @@
+#include "experiments/list/list.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "core/identify/pipeline.hpp"
+#include "core/plant/laws.hpp"
+#include "core/plant/road.hpp"
+#include "variants/table.hpp"
+
+namespace wheelhop {
+namespace {
+
+Json options_json(const std::vector<OptionInfo>& options) {
+  Json out = Json::array();
+  for (const OptionInfo& option : options)
+    out.push_back({{"name", option.name},
+                   {"default", option.fallback},
+                   {"unit", option.unit},
+                   {"range", option.range},
+                   {"meaning", option.meaning}});
+  return out;
+}
+
+Json piece_json(const PieceInfo& piece) {
+  Json out = {{"name", piece.name},
+              {"source", piece.source},
+              {"meaning", piece.meaning},
+              {"available", piece.unavailable.empty()}};
+  if (!piece.unavailable.empty()) out["unavailable"] = piece.unavailable;
+  out["options"] = options_json(piece.options);
+  return out;
+}
+
+PieceInfo law_piece(const LawKind& law) {
+  PieceInfo piece{law.name, law.source, law.equation, "", {}};
+  for (const LawParameter& parameter : law.parameters) {
+    Json fallback = "required";
+    if (!parameter.required) fallback = std::isfinite(parameter.fallback) ? Json(parameter.fallback) : Json("none");
+    piece.options.push_back({parameter.name, std::move(fallback), parameter.unit, to_string(parameter.range),
+                             parameter.meaning + (parameter.is_list ? " (a list)" : "")});
+  }
+  return piece;
+}
+
+std::vector<Family> everything() {
+  std::vector<Family> all = families();
+  Family pipeline{"pipeline", "the algorithm of Sec. 2.7 around the pieces, and the joint refinement", {}};
+  pipeline.pieces.push_back({"pipeline", "Sec. 2.7", "steps 1 to 5", "", describe_options<PipelineOptions>()});
+  Family laws{"law", "force of an element in a plant file", {}};
+  for (const LawKind& law : law_table()) laws.pieces.push_back(law_piece(law));
+  Family drives{"drive", "what moves an input in generate and reproduce", {}};
+  for (const DriveEntry& entry : drive_table())
+    drives.pieces.push_back({entry.name, entry.source, "", "", entry.options});
+  all.push_back(std::move(pipeline));
+  all.push_back(std::move(laws));
+  all.push_back(std::move(drives));
+  return all;
+}
+
+void print_piece(const PieceInfo& piece) {
+  fmt::print("\n  {}{}\n", piece.name, piece.unavailable.empty() ? "" : "   (unavailable: " + piece.unavailable + ")");
+  if (!piece.meaning.empty()) fmt::print("    {}\n", piece.meaning);
+  if (!piece.source.empty()) fmt::print("    source: {}\n", piece.source);
+  for (const OptionInfo& option : piece.options) {
+    const std::string unit = option.unit.empty() || option.unit == "-" ? "" : " " + option.unit;
+    const std::string fallback = option.fallback == "required" ? "required" : "default " + option.fallback.dump();
+    fmt::print("    - {}: {}{}; {}\n        {}\n", option.name, fallback, unit, option.range, option.meaning);
+  }
+}
+
+}  // namespace
+
+Json list_pieces() {
+  Json out = {{"schema", "wheelhop.list/1"}, {"families", Json::array()}};
+  for (const Family& family : everything()) {
+    Json pieces = Json::array();
+    for (const PieceInfo& piece : family.pieces) pieces.push_back(piece_json(piece));
+    out["families"].push_back({{"family", family.name}, {"meaning", family.meaning}, {"pieces", std::move(pieces)}});
+  }
+  return out;
+}
+
+int run_list(const ListRequest& request) {
+  if (request.json) {
+    fmt::print("{}\n", list_pieces().dump(2));
+    return 0;
+  }
+  bool first = true;
+  for (const Family& family : everything()) {
+    fmt::print("{}{}: {}\n", first ? "" : "\n", family.name, family.meaning);
+    for (const PieceInfo& piece : family.pieces) print_piece(piece);
+    first = false;
+  }
+  return 0;
+}
+
+}  // namespace wheelhop

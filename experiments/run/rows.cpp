@@ -1,0 +1,249 @@
+#include "experiments/run/rows.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <fstream>
+#include <mutex>
+#include <thread>
+
+#include "core/base/files.hpp"
+#include "core/base/status.hpp"
+#include "experiments/run/progress.hpp"
+#include "experiments/run/stop.hpp"
+
+namespace wheelhop {
+namespace fs = std::filesystem;
+namespace {
+
+std::string file_name(const char* what, Shard shard) {
+  return shard.of == 1 ? fmt::format("{}.jsonl", what) : fmt::format("{}.{}-of-{}.jsonl", what, shard.number, shard.of);
+}
+
+/// WHAT.jsonl and WHAT.I-of-N.jsonl of a folder, by name.
+std::vector<fs::path> files_called(const fs::path& folder, const std::string& what) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name == what + ".jsonl" ||
+        (name.starts_with(what + ".") && name.ends_with(".jsonl") && name.find("-of-") != std::string::npos))
+      files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::string read_part(std::ifstream& stream, std::size_t begin, std::size_t length) {
+  std::string part(length, '\0');
+  stream.clear();
+  stream.seekg(static_cast<std::streamoff>(begin));
+  stream.read(part.data(), static_cast<std::streamsize>(length));
+  return part;
+}
+
+void sync_file(const fs::path& file) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+}  // namespace
+
+RowIndex::RowIndex(fs::path folder, std::function<bool(const Json&)> is_own)
+    : folder_(std::move(folder)), is_own_(std::move(is_own)) {
+  scan();
+}
+
+void RowIndex::scan() {
+  files_ = files_called(folder_, "rows");
+  places_.clear();
+  for (std::size_t f = 0; f < files_.size(); ++f)
+    for_each_line(files_[f], [&](const std::string& line, std::size_t begin) {
+      const Json row = Json::parse(line, nullptr, false);
+      if (!row.is_object() || !row.contains("cell") || !row.contains("realisation") || !is_own_(row)) return;
+      places_.try_emplace({row["cell"].get<std::size_t>(), row["realisation"].get<Index>()},
+                          Place{f, begin, line.size()});
+    });
+}
+
+RowStore::RowStore(fs::path folder, Shard shard, std::function<bool(const Json&)> is_own)
+    : RowIndex(folder, std::move(is_own)),
+      rows_(std::make_unique<Journal>(folder / file_name("rows", shard))),
+      timing_(std::make_unique<Journal>(folder / file_name("timing", shard))) {
+  scan();  // with the own file, which is there now
+  own_file_ = static_cast<std::size_t>(std::find(files_.begin(), files_.end(), rows_->file()) - files_.begin());
+}
+
+void RowStore::add(const RowKey& key, const std::string& row, double seconds) {
+  places_[key] = {own_file_, rows_->append(row), row.size()};
+  timing_->append(
+      fmt::format("{{\"cell\":{},\"realisation\":{},\"seconds\":{:.6g}}}", key.cell, key.realisation, seconds));
+}
+
+void RowIndex::for_each(const std::function<void(const RowKey&, const std::string&)>& visit) const {
+  std::vector<std::ifstream> streams;
+  for (const fs::path& file : files_) streams.emplace_back(file, std::ios::binary);
+  for (const auto& [key, at] : places_) visit(key, read_part(streams[at.file], at.begin, at.length));
+}
+
+bool RowStore::merge(std::size_t total, const std::function<void()>& finish) {
+  rows_.reset();  // lets go of the file that is replaced below
+  timing_.reset();
+  const FileLock lock(folder_ / ".lock");
+  scan();
+  if (places_.size() < total) return false;
+  const fs::path sorted = folder_ / "rows.jsonl", beside = folder_ / ".rows.jsonl.new";
+  {
+    std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
+    for_each([&](const RowKey&, const std::string& line) { stream << line << '\n'; });
+    if (!stream.flush()) {
+      fs::remove(beside);
+      throw UserError(sorted.string() + ": cannot be written; the rows are kept, start again to go on");
+    }
+  }
+  sync_file(beside);
+  fs::rename(beside, sorted);
+  for (const fs::path& file : files_)
+    if (file != sorted) fs::remove(file);
+  scan();
+  finish();
+  return true;
+}
+
+std::map<RowKey, double> RowIndex::seconds() const {
+  std::map<RowKey, double> all;
+  for (const fs::path& file : files_called(folder_, "timing"))
+    for_each_line(file, [&](const std::string& line, std::size_t) {
+      const Json entry = Json::parse(line, nullptr, false);
+      if (entry.is_object() && entry.contains("cell") && entry.contains("realisation") && entry.contains("seconds"))
+        all[{entry["cell"].get<std::size_t>(), entry["realisation"].get<Index>()}] = entry["seconds"].get<double>();
+    });
+  return all;
+}
+
+namespace {
+
+double since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::int64_t packed(const RowKey& key) {
+  return (static_cast<std::int64_t>(key.cell) << 32) | static_cast<std::int64_t>(key.realisation);
+}
+
+RowKey unpacked(std::int64_t work) {
+  return {static_cast<std::size_t>(work >> 32), static_cast<Index>(work & 0xffffffff)};
+}
+
+/// Rank 0 of several: one thread computes, this one speaks with the other ranks.
+void compute_over_ranks(RowStore& store, const std::vector<RowKey>& open, Ranks& ranks, const JobOptions& options,
+                        const std::function<std::string(const RowKey&)>& compute) {
+  const StopSignals signals;
+  Progress progress(options.what, static_cast<long>(open.size()), options.quiet);
+  std::mutex mutex;
+  std::exception_ptr failure;
+  std::size_t next = 0, done = 0;
+  const auto take = [&]() -> const RowKey* {
+    const std::lock_guard lock(mutex);
+    return next < open.size() && !failure ? &open[next++] : nullptr;
+  };
+  const auto keep = [&](const RowKey& key, const std::string& row, double seconds) {
+    const std::lock_guard lock(mutex);
+    store.add(key, row, seconds);
+    ++done;
+    progress.advance();
+  };
+  const std::jthread own([&] {
+    try {
+      while (const RowKey* const key = take()) {
+        const auto start = std::chrono::steady_clock::now();
+        const std::string row = compute(*key);
+        keep(*key, row, since(start));
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      failure = std::current_exception();
+    }
+  });
+  std::vector<const RowKey*> given(static_cast<std::size_t>(ranks.size()), nullptr);
+  std::vector<int> idle = ranks.waiting;
+  const auto all_done = [&] {
+    const std::lock_guard lock(mutex);
+    if (failure) std::rethrow_exception(failure);
+    return done == open.size();
+  };
+  while (!all_done()) {
+    if (const int signal = StopSignals::received(); signal != 0) {
+      const std::lock_guard lock(mutex);
+      stop_program(signal, options.go_on);
+    }
+    while (!idle.empty()) {
+      given[static_cast<std::size_t>(idle.back())] = take();
+      if (!given[static_cast<std::size_t>(idle.back())]) break;
+      ranks.assign(idle.back(), packed(*given[static_cast<std::size_t>(idle.back())]));
+      idle.pop_back();
+    }
+    ranks.waiting = idle;
+    if (const std::optional<Delivery> delivery = ranks.poll()) {
+      const auto from = static_cast<std::size_t>(delivery->from);
+      idle.push_back(delivery->from);
+      ranks.waiting = idle;  // whatever happens below, end_rows() knows who waits
+      if (delivery->has_result) {
+        const std::size_t space = delivery->result.find(' ');
+        try {
+          keep(*given[from], delivery->result.substr(space + 1), std::stod(delivery->result.substr(0, space)));
+        } catch (...) {
+          const std::lock_guard guard(mutex);
+          failure = std::current_exception();
+        }
+      }
+    } else {
+      std::this_thread::sleep_for(std::chrono::microseconds(200));
+    }
+  }
+}
+
+}  // namespace
+
+void compute_rows(RowStore& store, const std::vector<RowKey>& open, Ranks& ranks, const JobOptions& options,
+                  const std::function<std::string(const RowKey&)>& compute) {
+  if (open.empty()) return;
+  if (ranks.size() > 1) return compute_over_ranks(store, open, ranks, options, compute);
+  run_jobs(open.size(), options, [&](std::size_t i) -> std::function<void()> {
+    const auto start = std::chrono::steady_clock::now();
+    std::string row = compute(open[i]);
+    const double seconds = since(start);
+    return [&store, &key = open[i], row = std::move(row), seconds] { store.add(key, row, seconds); };
+  });
+}
+
+void serve_rows(Ranks& ranks, const std::function<std::string(const RowKey&)>& compute) {
+  std::optional<std::string> result;
+  for (std::int64_t work; (work = ranks.ask(result)) >= 0;) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::string row = compute(unpacked(work));
+    result = fmt::format("{} {}", since(start), row);
+  }
+}
+
+void end_rows(Ranks& ranks) {
+  for (int left = ranks.size() - 1; left > 0;) {
+    if (ranks.waiting.empty()) {
+      if (const std::optional<Delivery> delivery = ranks.poll())
+        ranks.waiting.push_back(delivery->from);
+      else
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      continue;
+    }
+    ranks.assign(ranks.waiting.back(), -1);
+    ranks.waiting.pop_back();
+    --left;
+  }
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,101 @@
+// What long commands owe: whole lines through every end, one writer, each job once, errors that come out.
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <set>
+
+#include "core/base/files.hpp"
+#include "core/base/status.hpp"
+#include "experiments/run/journal.hpp"
+#include "experiments/run/rows.hpp"
+#include "tests/support/folder.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+using Catch::Contains;
+
+namespace {
+
+std::string line_of(std::size_t cell, Index realisation) {
+  return Json{{"cell", cell}, {"realisation", realisation}, {"value", 0.1 * static_cast<double>(cell)}}.dump();
+}
+
+bool any(const Json&) { return true; }
+
+}  // namespace
+
+TEST_CASE("a journal cuts off the part of a line that a kill left, wherever it was torn") {
+  const std::string first = line_of(0, 0), second = line_of(1, 0);
+  const std::string whole = first + "\n" + second + "\n";
+  for (std::size_t cut = 0; cut <= whole.size(); ++cut) {
+    const Folder folder;
+    const auto file = folder / "lines";
+    std::ofstream(file) << whole.substr(0, cut);
+    {
+      Journal journal(file);
+      CHECK(journal.dropped_part() == (cut > 0 && whole[cut - 1] != '\n'));
+      journal.append("third");
+      CHECK_THROWS_AS(Journal(file), UserError);  // one writer
+    }
+    std::string expected;
+    if (cut > first.size()) expected += first + "\n";
+    if (cut == whole.size()) expected += second + "\n";
+    CHECK(read_file(file) == expected + "third\n");
+  }
+}
+
+TEST_CASE("rows: kept over processes and shards, sorted and each once after the merge") {
+  const Folder folder;
+  {
+    RowStore one({folder.path()}, {1, 2}, any);
+    one.add({1, 0}, line_of(1, 0), 1);
+    one.add({0, 1}, line_of(0, 1), 2);
+    RowStore two({folder.path()}, {2, 2}, any);
+    CHECK(two.has({1, 0}));
+    two.add({0, 0}, line_of(0, 0), 3);
+    two.add({1, 0}, line_of(1, 0), 3);  // a second time, as after a late start
+    CHECK_FALSE(two.merge(4, [] { FAIL("not all rows are there"); }));
+  }
+  RowStore all({folder.path()}, {}, any);
+  CHECK(all.size() == 3);
+  all.add({1, 1}, line_of(1, 1), 4);
+  bool finished = false;
+  CHECK(all.merge(4, [&] { finished = true; }));
+  CHECK(finished);
+  CHECK(read_file(folder / "rows.jsonl") ==
+        line_of(0, 0) + "\n" + line_of(0, 1) + "\n" + line_of(1, 0) + "\n" + line_of(1, 1) + "\n");
+  CHECK_FALSE(std::filesystem::exists(folder / "rows.1-of-2.jsonl"));
+  CHECK(all.seconds().at({0, 1}) == 2);
+}
+
+TEST_CASE("run_jobs does every job once, results one at a time, whatever the number of threads") {
+  for (const Index jobs : {1, 2, 7}) {
+    std::multiset<std::size_t> done;
+    bool inside = false, overlapped = false;
+    run_jobs(100, {jobs, "test", "", true}, [&](std::size_t i) -> std::function<void()> {
+      return [&, i] {
+        overlapped = overlapped || std::exchange(inside, true);
+        done.insert(i);
+        inside = false;
+      };
+    });
+    CHECK_FALSE(overlapped);
+    CHECK(done.size() == 100);
+    for (std::size_t i = 0; i < 100; ++i) CHECK(done.count(i) == 1);
+  }
+}
+
+TEST_CASE("what a job or its continuation throws ends the loop and comes out") {
+  for (const bool in_job : {true, false}) {
+    std::size_t started = 0;
+    CHECK_THROWS_AS(run_jobs(1000, {1, "test", "", true},
+                             [&](std::size_t i) -> std::function<void()> {
+                               ++started;
+                               if (in_job && i == 3) throw UserError("no");
+                               return [&, i] {
+                                 if (!in_job && i == 3) throw UserError("no");
+                               };
+                             }),
+                    UserError);
+    CHECK(started == 4);
+  }
+}
