@@ -312,20 +312,16 @@ Json decided_claims(const Grid& grid, const RowIndex& rows, Index realisations) 
     for (std::size_t a = 0; a < labels.size(); ++a)
       for (std::size_t b = a + 1; b < labels.size(); ++b) {
         const double equivalence = equivalence_of(one, options.equivalence);
-        static constexpr const char* names[] = {"a_better", "b_better", "equivalent"};
-        Index trials = 0, holds[3] = {0, 0, 0};
+        static constexpr const char* names[] = {"", "a_better", "b_better", "equivalent"};
         Json entry = {{"metric", one.metric}, {"at", one.at}, {"a", labels[a]}, {"b", labels[b]}, {"claim", nullptr}};
-        for (auto block = one.blocks.begin(); block != one.blocks.end() && entry["claim"].is_null(); ++block) {
-          const std::vector<double>& row = block->second;
+        SequentialClaim claim(equivalence, enough);
+        for (const auto& [block, row] : one.blocks) {
           if (std::isnan(row[a]) || std::isnan(row[b])) continue;
-          const double d = advantage(one, row[a], row[b]);
-          ++trials;
-          ++holds[d > equivalence ? 0 : d < -equivalence ? 1 : 2];
-          for (int i = 0; i < 3; ++i)
-            if (log_e_value(holds[i], trials) >= enough) {
-              entry["claim"] = names[i];
-              entry["after"] = block->first.first + 1;
-            }
+          claim.add(advantage(one, row[a], row[b]));
+          if (claim.claim() == Claim::none) continue;
+          entry["claim"] = names[static_cast<int>(claim.claim())];
+          entry["after"] = block.first + 1;
+          break;
         }
         list.push_back(std::move(entry));
       }

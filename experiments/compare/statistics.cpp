@@ -17,8 +17,6 @@
 namespace wheelhop {
 namespace {
 
-constexpr std::size_t kExactSigns = 200;
-
 double normal_tail(double z) { return boost::math::cdf(boost::math::complement(boost::math::normal(), z)); }
 
 /// P(W <= w or W >= total - w) for w <= total / 2, where W sums the ranks of random signs. @param doubled ranks, whole
@@ -55,7 +53,7 @@ std::vector<double> mid_ranks(const std::vector<double>& values) {
   return ranks;
 }
 
-SignedRank wilcoxon_signed_rank(const std::vector<double>& differences, Zeros zeros) {
+SignedRank wilcoxon_signed_rank(const std::vector<double>& differences, Zeros zeros, std::size_t exact_up_to) {
   std::vector<double> sizes, signs;
   for (const double d : differences) {
     if (zeros == Zeros::drop && d == 0) continue;
@@ -74,7 +72,7 @@ SignedRank wilcoxon_signed_rank(const std::vector<double>& differences, Zeros ze
   }
   if (doubled.empty()) return test;
   const double smaller = std::min(test.positive, test.negative);
-  test.exact = doubled.size() <= kExactSigns;
+  test.exact = doubled.size() <= exact_up_to;
   if (test.exact) {
     test.p = exact_two_sided(doubled, std::llround(2 * smaller));
   } else {
@@ -196,6 +194,15 @@ double log_e_value(Index successes, Index trials) {
   const double tail = boost::math::ibetac(a, b, 0.5);
   const double log_beta = std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b);
   return static_cast<double>(trials + 1) * std::numbers::ln2 + log_beta + std::log(tail);
+}
+
+void SequentialClaim::add(double difference) {
+  if (claim_ != Claim::none) return;
+  ++trials_;
+  ++holds_[difference > equivalence_ ? 0 : difference < -equivalence_ ? 1 : 2];
+  static constexpr Claim claims[] = {Claim::a_better, Claim::b_better, Claim::equivalent};
+  for (std::size_t i = 0; i < 3; ++i)
+    if (log_e_value(holds_[i], trials_) >= log_threshold_) claim_ = claims[i];
 }
 
 }  // namespace wheelhop

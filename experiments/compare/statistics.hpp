@@ -26,9 +26,9 @@ struct SignedRank {
 };
 
 /// Wilcoxon's signed-rank test of differences that are symmetric about 0. Infinite differences have the largest ranks.
-/// Exact up to 200 differences (by counting sign patterns, cost O(n^3)), beyond that normal with the variance of the
-/// ranks at hand and a continuity correction of half a rank.
-SignedRank wilcoxon_signed_rank(const std::vector<double>& differences, Zeros zeros);
+/// @param exact_up_to exact p (by counting sign patterns, cost O(n^3)) up to so many differences; beyond that normal
+/// with the variance of the ranks at hand and a continuity correction of half a rank
+SignedRank wilcoxon_signed_rank(const std::vector<double>& differences, Zeros zeros, std::size_t exact_up_to = 200);
 
 /// Matched-pairs rank-biserial correlation (R+ - R-) / (R+ + R-) in [-1, 1]; 0 without a difference.
 double rank_biserial(const SignedRank& test);
@@ -70,5 +70,29 @@ double performance_profile(const std::vector<double>& ratios, double tau);
 /// uniform on (1/2, 1) to 1/2,  E = 2^(n+1) int_(1/2)^1 t^k (1-t)^(n-k) dt.  Whenever P(success) <= 1/2, the chance
 /// that E ever reaches 1/alpha is at most alpha, however often one looks (Ville 1939). @return log E
 double log_e_value(Index successes, Index trials);
+
+/// What holds in more than half of all pairs of two methods: a is better by more than the equivalence, b is, or
+/// neither.
+enum class Claim { none, a_better, b_better, equivalent };
+
+/// A claim about a pair of methods that differences decide one after the other. Wrong with a chance of at most
+/// 3 exp(-log_threshold), however long one goes on: each of the three claims has its own e-value.
+class SequentialClaim {
+ public:
+  /// @param log_threshold a claim is made when its log e-value reaches this
+  SequentialClaim(double equivalence, double log_threshold)
+      : equivalence_(equivalence), log_threshold_(log_threshold) {}
+
+  /// @param difference positive: a is better. Nothing changes once a claim is made.
+  void add(double difference);
+  Claim claim() const { return claim_; }
+  Index trials() const { return trials_; }  ///< differences until the claim was made, or so far
+
+ private:
+  double equivalence_, log_threshold_;
+  Claim claim_ = Claim::none;
+  Index trials_ = 0;
+  Index holds_[3] = {0, 0, 0};
+};
 
 }  // namespace wheelhop

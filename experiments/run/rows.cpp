@@ -29,6 +29,7 @@ std::vector<fs::path> files_called(const fs::path& folder, const std::string& wh
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
+    if (!entry.is_regular_file()) continue;
     if (name == what + ".jsonl" ||
         (name.starts_with(what + ".") && name.ends_with(".jsonl") && name.find("-of-") != std::string::npos))
       files.push_back(entry.path());
