@@ -2,14 +2,18 @@
 // node render.mjs DIR [--out FILE.html]
 //   reads   DIR/table1.json and DIR/figures/figures.json
 //   writes  DIR/figures/figure<N>.svg, one a signal, and the report page (DIR/report.html)
+// node render.mjs DIR [--out FILE.html], where DIR holds the table.json of a sweep
+//   reads   DIR/table.json and, if it is there, DIR/compare.json
+//   writes  the page of the sweep (DIR/report.html)
 // node render.mjs D.json [--out FILE.html]
 //   reads   a diagnosis and D.figures.json beside it
 //   writes  its page (D.html)
 // Exit status: 0 written; 2 wrong use or wrong input, with one message and nothing written.
-import { renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
+import { existsSync, renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { readDiagnosis } from './diagnosis_input.mjs';
 import { InputError, readFigures, readTable } from './input.mjs';
+import { readSweep } from './sweep_input.mjs';
 
 const USAGE = 'usage: node render.mjs DIR [--out FILE.html], or node render.mjs DIAGNOSIS.json [--out FILE.html]';
 
@@ -60,10 +64,17 @@ async function drawDiagnosis(file, out = file.replace(/\.[^./\\]*$/, '') + '.htm
   writeAll([[out, diagnosisPage(diagnosis, figures, drawn)]]);
 }
 
+async function drawSweep(directory, out = join(directory, 'report.html')) {
+  const sweep = readSweep(directory);
+  const [{ sweepPage }] = await load('./sweep.mjs');
+  writeAll([[out, sweepPage(sweep)]]);
+}
+
 function main() {
   const { result, out } = parse(process.argv.slice(2));
   const isFile = statSync(result, { throwIfNoEntry: false })?.isFile();
-  return isFile ? drawDiagnosis(result, out) : drawReproduction(result, out);
+  if (isFile) return drawDiagnosis(result, out);
+  return existsSync(join(result, 'table.json')) ? drawSweep(result, out) : drawReproduction(result, out);
 }
 
 Promise.resolve().then(main).catch((error) => {

@@ -282,7 +282,7 @@ CompareOptions usual_options(const Grid& grid) {
   for (const Axis& axis : grid.axes)
     if (!grid.until && axis.labels.size() > 1) options.over = axis.name;
   for (const Axis& axis : grid.axes)
-    if (axis.name != options.over) options.by.push_back(axis.name);
+    if (axis.name != options.over && axis.labels.size() > 1) options.by.push_back(axis.name);
   return options;
 }
 

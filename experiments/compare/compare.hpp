@@ -33,7 +33,7 @@ struct CompareOptions {
 Json compare_rows(const Grid& grid, const RowIndex& rows, const CompareOptions& options);
 
 /// The comparison that goes into table.json: over the axis of `until`, or the last with more than one value, by all
-/// others. Null where there is none, or more pairs than a table should wait for.
+/// others that vary. Null where there is none, or more pairs than a table should wait for.
 Json usual_comparison(const Grid& grid, const RowIndex& rows);
 
 /// What the first `realisations` decide of the paired claims along the axis of `until`: for each pair, metric and

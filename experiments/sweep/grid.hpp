@@ -67,13 +67,13 @@ struct Grid {
 ///             {"name": "method", "values": [{"label": "cva", "set": {"subspace": {"name": "cva"}}}]}],
 ///    "exclude": [{"snr_db": 30, "method": ["cva"]}],
 ///    "until": {"over": "method", "at_most": 200}}
-/// `base` is the config of an experiment or the file that holds one; `as_printed` in it is passed over. A value of an
-/// axis is set at the path that is the axis' name ("pipeline.passes", "plant_parameters.body.mass_kg"), or at every
-/// path of its "set". The first axis varies slowest. In place of `values` stand `from`, `to` and `step`, or `from`,
-/// `to`, `count` and `spacing` (linear, logarithmic); {"preset": "noise"} is a whole axis (see presets()); {"zip":
-/// [AXIS, AXIS]} varies axes of one length together. A rule of `exclude` leaves out the cells that have one of its
-/// values on every axis it names.
-/// UserError with file and JSON path for every mistake, also for a cell whose config does not fit.
+/// `base` is the config of an experiment or the file that holds one; `as_printed` in it is passed over. Files are
+/// relative to the config that names them. A value of an axis is set at the path that is the axis' name
+/// ("pipeline.passes", "plant_parameters.body.mass_kg"), or at every path of its "set". The first axis varies slowest.
+/// In place of `values` stand `from`, `to` and `step`, or `from`, `to`, `count` and `spacing` (linear, logarithmic);
+/// {"preset": "noise"} is a whole axis (see presets()); {"zip": [AXIS, AXIS]} varies axes of one length together. A
+/// rule of `exclude` leaves out the cells that have one of its values on every axis it names. UserError with file and
+/// JSON path for every mistake, also for a cell whose config does not fit.
 Grid read_grid(const std::filesystem::path& file);
 /// @param source stands for the file in messages
 Grid read_grid(Json config, const std::string& source, const std::filesystem::path& directory = {});
