@@ -1,4 +1,5 @@
 // Reads a diagnosis and the data of its figures, and checks them as far as the page relies on them.
+import { existsSync } from 'node:fs';
 import { InputError, readJson } from './input.mjs';
 
 export const DIAGNOSIS = 'wheelhop.diagnosis/1';
@@ -40,6 +41,9 @@ function checkSignal(signal) {
 export function readDiagnosis(file) {
   const root = readJson(file);
   root.get('schema').equals(DIAGNOSIS);
+  if (!existsSync(figuresBeside(file)))
+    throw new InputError(
+      `${figuresBeside(file)}: the data of the page are not here; "wheelhop diagnose ... --report PAGE.html" writes them beside the diagnosis`);
   root.get('verdict').text();
   if (root.value.status !== 'ok') throw new InputError(`${file}: $.status: expected a diagnosis that is ok to draw, found ${JSON.stringify(root.value.status)}`);
   root.get('answer').text();

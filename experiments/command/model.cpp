@@ -25,7 +25,8 @@ void add_generate(CLI::App& app, Run& run) {
       "  {\"plant\": \"plant.json\", \"sampling_hz\": 200, \"noise_snr_db\": 40, \"records\": [\n"
       "    {\"role\": \"estimation\", \"duration_s\": 60, \"repeats\": 2, \"drive\": {\"name\": \"multisine\", "
       "\"rms\": 0.008}},\n"
-      "    {\"role\": \"validation\", \"duration_s\": 60, \"drive\": {\"name\": \"iso8608\"}}]}\n"
+      "    {\"role\": \"validation\", \"duration_s\": 60, \"drive\": {\"name\": \"iso8608\",\n"
+      "     \"to_cycles_per_m\": 2}}]}\n"
       "Example:\n  wheelhop generate experiments/configs/generate_quarter_car.json --out out/quarter_car");
 }
 

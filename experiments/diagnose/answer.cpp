@@ -15,8 +15,14 @@ constexpr double kNextToNothing = 0.1;  // misfit - 1 after re-tuning, of which 
 /// Whether the held-out records have a gap of which a share can go.
 bool known(const Closure& closure) { return std::isfinite(closure.low); }
 
+/// Whole per cent, with one decimal near all of it.
+std::string percent(double share) {
+  const std::string text = fmt::format("{:.{}f}", 100 * share, share > 0.99 ? 1 : 0);
+  return text == "-0" ? "0" : text;
+}
+
 std::string percent(const Closure& closure) {
-  return fmt::format("{:.0f} % [{:.0f}, {:.0f}]", 100 * closure.value, 100 * closure.low, 100 * closure.high);
+  return fmt::format("{} % [{}, {}]", percent(closure.value), percent(closure.low), percent(closure.high));
 }
 
 /// ", NAME (-1.6 tolerances) most", or nothing.

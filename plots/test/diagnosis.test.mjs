@@ -125,7 +125,7 @@ test('pairs of places are shown where no single one explains all, and only there
 });
 
 const MISTAKES = [
-  ['no figures', diagnosisData(), null, /d\.figures\.json: expected a JSON file, could not read it \(ENOENT\)/],
+  ['no figures', diagnosisData(), null, /d\.figures\.json: the data of the page are not here; "wheelhop diagnose/],
   ['another schema', changed(diagnosisData(), (d) => (d.schema = 'x/1')), diagnosisFiguresData(), /\$\.schema: expected "wheelhop\.diagnosis\/1", found "x\/1"/],
   ['a diagnosis that failed', changed(diagnosisData(), (d) => (d.status = 'outside_domain')), diagnosisFiguresData(), /\$\.status: expected .*found "outside_domain"/],
   ['no answer', changed(diagnosisData(), (d) => delete d.answer), diagnosisFiguresData(), /\$\.answer: expected a text, found nothing/],
