@@ -175,7 +175,7 @@ Json profile_json(const Comparison& comparison, const Matrix& blocks, const std:
 
 /// Differences of a pair, and their counts.
 Json pair_json(const Comparison& comparison, const std::vector<std::string>& labels, std::size_t a, std::size_t b,
-               double equivalence, const CompareOptions& options) {
+               double equivalence) {
   std::vector<double> differences;
   Index both_failed = 0;
   for (const auto& [block, row] : comparison.blocks) {
@@ -192,8 +192,7 @@ Json pair_json(const Comparison& comparison, const std::vector<std::string>& lab
   }
   const auto count = [&](auto&& fits) { return std::count_if(differences.begin(), differences.end(), fits); };
   const SignedRank test = wilcoxon_signed_rank(differences, Zeros::pratt);
-  Random random(static_cast<std::uint64_t>(options.seed), Stream::bootstrap);
-  const Interval interval = bootstrap_median(differences, kLevel, options.resamples, random);
+  const Interval interval = bootstrap_median(differences, kLevel);
   return {{"a", labels[a]},
           {"b", labels[b]},
           {"n", differences.size()},
@@ -247,7 +246,7 @@ Json compare_rows(const Grid& grid, const RowIndex& rows, const CompareOptions& 
     out["pairs"] = Json::array();
     for (std::size_t a = 0; a < labels.size(); ++a)
       for (std::size_t b = a + 1; b < labels.size(); ++b)
-        if (Json pair = pair_json(one, labels, a, b, equivalence, options); !pair.is_null()) {
+        if (Json pair = pair_json(one, labels, a, b, equivalence); !pair.is_null()) {
           p.push_back(pair["p"].get<double>());
           out["pairs"].push_back(std::move(pair));
         }
@@ -266,8 +265,6 @@ Json compare_rows(const Grid& grid, const RowIndex& rows, const CompareOptions& 
           {"by", options.by},
           {"alpha", kAlpha},
           {"level", kLevel},
-          {"resamples", options.resamples},
-          {"seed", options.seed},
           {"comparisons", std::move(comparisons)}};
 }
 

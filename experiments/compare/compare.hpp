@@ -17,8 +17,6 @@ struct CompareOptions {
   std::vector<std::string> by;        ///< axes that are looked at value by value; the remaining ones are pooled
   std::vector<std::string> metrics;   ///< columns; empty: those the sweep's measure is read by
   std::optional<double> equivalence;  ///< differences up to this are ties; none: 0.1 for a VAF in percent, 0 for others
-  Index resamples = 10000;            ///< of the bootstrap
-  Index seed = 1;
 };
 
 /// Pairs are rows of one realisation whose cells differ on the axis `over` alone. A row without a value of the metric

@@ -162,25 +162,19 @@ double median(std::vector<double> values) {
   return quantile(values, 0.5);
 }
 
-Interval bootstrap_median(const std::vector<double>& values, double level, Index resamples, Random& random) {
-  std::vector<double> medians, sample(values.size());
-  const auto n = static_cast<Index>(values.size());
-  for (Index b = 0; b < resamples; ++b) {
-    for (double& one : sample) one = values[static_cast<std::size_t>(random.integer(n))];
-    const std::size_t middle = sample.size() / 2;
-    std::nth_element(sample.begin(), sample.begin() + static_cast<std::ptrdiff_t>(middle), sample.end());
-    double at = sample[middle];
-    if (sample.size() % 2 == 0) {
-      const double before = *std::max_element(sample.begin(), sample.begin() + static_cast<std::ptrdiff_t>(middle));
-      if (std::isfinite(before) && std::isfinite(at))
-        at = 0.5 * (before + at);
-      else if (std::isinf(before))
-        at = before;
-    }
-    medians.push_back(at);
-  }
-  std::sort(medians.begin(), medians.end());
-  return {quantile(medians, 0.5 * (1 - level)), quantile(medians, 0.5 * (1 + level))};
+Interval bootstrap_median(std::vector<double> values, double level) {
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  const double count = static_cast<double>(n);
+  // The p-quantile of the m-th smallest value of a resample.
+  const auto quantile_of = [&](std::size_t m, double p) {
+    const double successes = static_cast<double>(m);
+    for (std::size_t k = 1; k < n; ++k)
+      if (boost::math::ibeta(successes, count - successes + 1, static_cast<double>(k) / count) >= p)
+        return values[k - 1];
+    return values[n - 1];
+  };
+  return {quantile_of((n + 1) / 2, 0.5 * (1 - level)), quantile_of(n / 2 + 1, 0.5 * (1 + level))};
 }
 
 double performance_profile(const std::vector<double>& ratios, double tau) {

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "core/base/linalg.hpp"
-#include "core/base/random.hpp"
 
 namespace wheelhop {
 
@@ -59,8 +58,11 @@ struct Interval {
 
 double median(std::vector<double> values);
 
-/// Percentile bootstrap interval of the median. @param level 0.95: from the 2.5 % to the 97.5 % quantile
-Interval bootstrap_median(const std::vector<double>& values, double level, Index resamples, Random& random);
+/// Percentile bootstrap interval of the median, for infinitely many resamples: the k-th of n values in ascending order
+/// is at or above the median of a resample with probability P(Bin(n, k/n) >= m), m = (n + 1)/2 (Efron & Tibshirani
+/// 1993, ch. 13, without their random numbers). For even n its lower end is that of the lower middle value, its upper
+/// end that of the upper one. @param level 0.95: from the 2.5 % to the 97.5 % quantile
+Interval bootstrap_median(std::vector<double> values, double level);
 
 /// Share of data sets on which a method needs at most tau times the least that any method needs.
 /// @param ratios of one method; infinity where it failed

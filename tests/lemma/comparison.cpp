@@ -1,9 +1,12 @@
 // Statistics of paired comparisons against their definitions and published numbers.
 #include "experiments/compare/statistics.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+
+#include "core/base/random.hpp"
 
 using namespace wheelhop;
 
@@ -173,30 +176,56 @@ TEST_CASE("performance profiles are those of Siqueira et al. 2016 (perprof-py) o
   }
 }
 
-TEST_CASE("the bootstrap of the median has the exact distribution of resampled medians") {
-  // Efron & Tibshirani 1993, Table 2.1, treated mice. All 7^7 resamples: P(median = 23) = 0.09812, so that the 2.5 %
-  // quantile is 23, and by symmetry the 97.5 % one 141.
+TEST_CASE("the bootstrap of the median has the distribution of resampled medians") {
+  // Efron & Tibshirani 1993, Table 2.1, treated mice. Of all 7^7 resamples the medians are 16, 23, 38, 94, 99, 141, 197
+  // with probability 0.0102, 0.0981, 0.2386, 0.3062, 0.2386, 0.0981, 0.0102.
+  const std::vector<double> mice = {94, 197, 16, 38, 99, 141, 23};
+  const auto ends = [&](double level) {
+    const Interval interval = bootstrap_median(mice, level);
+    return std::pair(interval.low, interval.high);
+  };
+  CHECK(ends(0.95) == std::pair(23.0, 141.0));
+  CHECK(ends(0.99) == std::pair(16.0, 197.0));
+  CHECK(ends(0.70) == std::pair(38.0, 99.0));
+  // Against resampling itself.
   Random random = numbers(5);
-  const Interval interval = bootstrap_median({94, 197, 16, 38, 99, 141, 23}, 0.95, 20000, random);
-  CHECK(interval.low == 23);
-  CHECK(interval.high == 141);
+  std::vector<double> values, medians;
+  for (int i = 0; i < 25; ++i) values.push_back(random.normal());
+  for (int b = 0; b < 20000; ++b) {
+    std::vector<double> sample;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      sample.push_back(values[static_cast<std::size_t>(random.integer(25))]);
+    medians.push_back(median(sample));
+  }
+  std::sort(medians.begin(), medians.end());
+  const Interval interval = bootstrap_median(values, 0.95);
+  const auto share_below = [&](double x) {
+    return static_cast<double>(std::lower_bound(medians.begin(), medians.end(), x) - medians.begin()) / 20000;
+  };
+  CHECK(share_below(interval.low) < 0.03);
+  CHECK(share_below(std::nextafter(interval.low, 1e9)) > 0.02);
+  CHECK(share_below(interval.high) < 0.98);
+  CHECK(share_below(std::nextafter(interval.high, 1e9)) > 0.97);
 }
 
 TEST_CASE("the bootstrap interval of the median holds it at its level, and failures do not break it") {
   Random random = numbers(3);
-  int holds = 0;
-  for (int trial = 0; trial < 400; ++trial) {
-    std::vector<double> values;
-    for (int i = 0; i < 41; ++i) values.push_back(random.normal());
-    const Interval interval = bootstrap_median(values, 0.95, 400, random);
-    holds += interval.low <= 0 && interval.high >= 0;
+  for (const int n : {20, 41}) {
+    int holds = 0;
+    for (int trial = 0; trial < 400; ++trial) {
+      std::vector<double> values;
+      for (int i = 0; i < n; ++i) values.push_back(random.normal());
+      const Interval interval = bootstrap_median(values, 0.95);
+      holds += interval.low <= 0 && interval.high >= 0;
+    }
+    CHECK(holds >= 366);  // 0.95 of 400 less three standard deviations
+    CHECK(holds <= 399);
   }
-  CHECK(holds >= 368);  // 0.95 of 400 less three standard deviations
-  CHECK(holds <= 396);
   const double infinity = std::numeric_limits<double>::infinity();
-  const Interval failed = bootstrap_median({1, 2, infinity, infinity, infinity}, 0.95, 1000, random);
+  const Interval failed = bootstrap_median({1, 2, infinity, infinity, infinity}, 0.95);
   CHECK(failed.low <= 2);
   CHECK(failed.high == infinity);
+  CHECK(bootstrap_median({3}, 0.95).low == 3);
 }
 
 TEST_CASE("the e-value is the mixture's likelihood ratio, and its chance to reach 1/alpha under the null is small") {
