@@ -31,4 +31,7 @@ wheelhop_tests(program wheelhop_plant
   end_to_end/silverbox.cpp
   end_to_end/sweep.cpp)
 target_compile_definitions(test_program PRIVATE WHEELHOP_PROGRAM="$<TARGET_FILE:wheelhop>")
+if(WHEELHOP_MPI AND mpi_FOUND)
+  target_compile_definitions(test_program PRIVATE WHEELHOP_HAS_MPI)
+endif()
 add_dependencies(test_program wheelhop)
