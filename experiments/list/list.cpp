@@ -8,6 +8,7 @@
 #include "core/identify/pipeline.hpp"
 #include "core/plant/laws.hpp"
 #include "core/plant/road.hpp"
+#include "experiments/experiment/config.hpp"
 #include "variants/table.hpp"
 
 namespace wheelhop {
@@ -49,12 +50,18 @@ std::vector<Family> everything() {
   std::vector<Family> all = families();
   Family pipeline{"pipeline", "the algorithm of Sec. 2.7 around the pieces, and the joint refinement", {}};
   pipeline.pieces.push_back({"pipeline", "Sec. 2.7", "steps 1 to 5", "", describe_options<PipelineOptions>()});
+  Family experiment{"experiment", "how `reproduce` and `sweep` make their records; members of their config", {}};
+  experiment.pieces.push_back(
+      {"records", "", "beside plant, drive, outputs and plant_parameters", "", describe_options<DataOptions>()});
+  experiment.pieces.push_back(
+      {"departures", "", "from the paper's experiment", "", describe_options<DepartureOptions>()});
   Family laws{"law", "force of an element in a plant file", {}};
   for (const LawKind& law : law_table()) laws.pieces.push_back(law_piece(law));
   Family drives{"drive", "what moves an input in generate and reproduce", {}};
   for (const DriveEntry& entry : drive_table())
     drives.pieces.push_back({entry.name, entry.source, "", "", entry.options});
   all.push_back(std::move(pipeline));
+  all.push_back(std::move(experiment));
   all.push_back(std::move(laws));
   all.push_back(std::move(drives));
   return all;

@@ -11,7 +11,7 @@ TEST_CASE("help of every command tells how to use it, with an example") {
   const Said top = run_program("--help");
   CHECK(top.status == 0);
   for (const char* command : {"list", "generate", "identify", "simulate", "diagnose", "plan", "blind make", "blind run",
-                              "blind score", "reproduce", "report"}) {
+                              "blind score", "reproduce", "sweep", "compare", "report"}) {
     CAPTURE(command);
     const Said said = run_program(std::string(command) + " --help");
     CHECK(said.status == 0);
