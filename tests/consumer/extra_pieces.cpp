@@ -2,8 +2,8 @@
 // pieces are part of this program as well.
 #include <catch2/catch.hpp>
 
-#include "experiments/list/list.hpp"
 #include "experiments/experiment/study.hpp"
+#include "experiments/list/list.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/extra.hpp"
 
