@@ -11,6 +11,7 @@ wheelhop_tests(experiments wheelhop_experiments
   lemma/blind_effects.cpp
   end_to_end/blind_make.cpp
   lemma/comparison.cpp
+  lemma/experiment.cpp
   lemma/run.cpp)
 
 # A piece from a folder of its own, put in as a user's is, and the conformance tests with it.

@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
 
 #include "core/base/files.hpp"
 #include "core/base/random.hpp"
@@ -277,6 +280,26 @@ TEST_CASE("noise has the asked ratio a channel, leaves the inputs alone and repe
   CHECK(add_noise(untouched, std::numeric_limits<double>::infinity(), random).isZero());
   CHECK(untouched.y == clean.y);
   CHECK_THROWS_AS(add_noise(untouched, std::nan(""), random), std::invalid_argument);
+}
+
+TEST_CASE("coloured noise has the asked ratio too, and the correlation of a first-order low-pass") {
+  Signal clean;
+  clean.sample_time_s = 0.005;
+  clean.u = Matrix::Zero(1, 200000);
+  clean.y = Random(2, Stream::road).normal(1, 200000);
+  for (const double corner_hz : {2.0, 10.0, 50.0}) {
+    Signal noisy = clean;
+    Random random(6, Stream::noise);
+    const Vector deviation = add_noise(noisy, 20, random, corner_hz);
+    CHECK(deviation(0) == Approx(0.1 * rms(clean.y)(0)));
+    const Matrix noise = noisy.y - clean.y;
+    const double a = std::exp(-2 * std::numbers::pi * corner_hz * clean.sample_time_s);
+    // Correlated samples count as (1 - a) / (1 + a) of independent ones.
+    const double scatter = 4 * std::sqrt(0.5 * (1 + a) / (1 - a) / 200000);
+    CHECK(rms(noise)(0) == Approx(deviation(0)).epsilon(scatter));
+    const double next = noise.leftCols(199999).row(0).dot(noise.rightCols(199999).row(0)) / noise.squaredNorm();
+    CHECK(next == Approx(a).margin(4 * std::sqrt((1 - a * a) / 200000)));
+  }
 }
 
 TEST_CASE("public measurement records load at their own rates") {
