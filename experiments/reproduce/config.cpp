@@ -15,7 +15,8 @@ Json effective_with_printed(const ReproduceConfig& config) {
 }  // namespace
 
 ReproduceConfig parse_reproduce_config(const JsonCursor& cursor) {
-  ReproduceConfig config{parse_experiment_config(cursor)};
+  ReproduceConfig config;
+  static_cast<ExperimentConfig&>(config) = parse_experiment_config(cursor);
   config.car = find_quarter_car(config.plant, cursor.at("plant").where());
   if (static_cast<Index>(config.outputs.size()) < config.plant.sensor_count())
     cursor.at("outputs").fail("all sensors of the plant");
