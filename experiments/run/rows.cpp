@@ -9,6 +9,7 @@
 #include <exception>
 #include <fstream>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "core/base/files.hpp"
@@ -36,6 +37,14 @@ std::vector<fs::path> files_called(const fs::path& folder, const std::string& wh
   }
   std::sort(files.begin(), files.end());
   return files;
+}
+
+/// The key of a line, if it is one of an object with `cell` and `realisation`.
+std::optional<RowKey> key_of(const Json& row) {
+  if (!row.is_object() || !row.contains("cell") || !row["cell"].is_number_unsigned() || !row.contains("realisation") ||
+      !row["realisation"].is_number_unsigned())
+    return {};
+  return RowKey{row["cell"].get<std::size_t>(), row["realisation"].get<Index>()};
 }
 
 std::string read_part(std::ifstream& stream, std::size_t begin, std::size_t length) {
@@ -66,9 +75,8 @@ void RowIndex::scan() {
   for (std::size_t f = 0; f < files_.size(); ++f)
     for_each_line(files_[f], [&](const std::string& line, std::size_t begin) {
       const Json row = Json::parse(line, nullptr, false);
-      if (!row.is_object() || !row.contains("cell") || !row.contains("realisation") || !is_own_(row)) return;
-      places_.try_emplace({row["cell"].get<std::size_t>(), row["realisation"].get<Index>()},
-                          Place{f, begin, line.size()});
+      const std::optional<RowKey> key = key_of(row);
+      if (key && is_own_(row)) places_.try_emplace(*key, Place{f, begin, line.size()});
     });
 }
 
@@ -121,8 +129,8 @@ std::map<RowKey, double> RowIndex::seconds() const {
   for (const fs::path& file : files_called(folder_, "timing"))
     for_each_line(file, [&](const std::string& line, std::size_t) {
       const Json entry = Json::parse(line, nullptr, false);
-      if (entry.is_object() && entry.contains("cell") && entry.contains("realisation") && entry.contains("seconds"))
-        all[{entry["cell"].get<std::size_t>(), entry["realisation"].get<Index>()}] = entry["seconds"].get<double>();
+      const std::optional<RowKey> key = key_of(entry);
+      if (key && entry.contains("seconds") && entry["seconds"].is_number()) all[*key] = entry["seconds"].get<double>();
     });
   return all;
 }

@@ -67,6 +67,23 @@ TEST_CASE("rows: kept over processes and shards, sorted and each once after the 
   CHECK(all.seconds().at({0, 1}) == 2);
 }
 
+TEST_CASE("lines that are no rows are passed over: text, other JSON, keys that are no whole numbers") {
+  const Folder folder;
+  std::ofstream(folder / "rows.jsonl") << "words\n[1]\n{}\n"
+                                       << R"({"cell": "a", "realisation": 0})"
+                                       << "\n"
+                                       << R"({"cell": -1, "realisation": 0})"
+                                       << "\n"
+                                       << R"({"cell": 0.5, "realisation": 0})"
+                                       << "\n"
+                                       << R"({"cell": 0, "realisation": null})"
+                                       << "\n"
+                                       << line_of(2, 1) << "\n";
+  const RowIndex rows(folder.path(), any);
+  CHECK(rows.size() == 1);
+  CHECK(rows.has({2, 1}));
+}
+
 TEST_CASE("run_jobs does every job once, results one at a time, whatever the number of threads") {
   for (const Index jobs : {1, 2, 7}) {
     std::multiset<std::size_t> done;
