@@ -338,6 +338,31 @@ TEST_CASE("solvers: from a point without derivatives they turn back and go on by
       }
 }
 
+TEST_CASE("solvers: a point whose Gauss-Newton matrix overflows ends no process and is no place to go on from") {
+  // r = (a - 1, b - 0.6), with a ripple beyond b = 0.5 whose slope is 1e160 and whose square is infinite.
+  class Ripple final : public ResidualProblem {
+   public:
+    Index parameters() const override { return 2; }
+    Index residuals() const override { return 2; }
+    bool residual(ConstVectorRef x, VectorRef r) const override {
+      r << x(0) - 1, x(1) - 0.6;
+      return true;
+    }
+    bool jacobian(ConstVectorRef x, VectorRef r, MatrixRef J) const override {
+      J.setIdentity();
+      if (x(1) > 0.5) J(1, 1) = 1e160;
+      return residual(x, r);
+    }
+  };
+  const Vector start = (Vector(2) << 0, 0.4).finished();
+  for (const auto& [name, solver] : pieces_of(solver_table())) {
+    CAPTURE(name);
+    const Solution found = solver->minimise(Ripple{}, start, {60, 400});
+    CHECK(all_finite(found.theta));
+    CHECK(found.cost <= 0.52);
+  }
+}
+
 TEST_CASE("solvers: a start outside the domain is said so and returned, a domain's edge is not crossed") {
   for (const SolverPiece& solver : all_of(solver_table())) {
     Rosenbrock walled;

@@ -67,7 +67,8 @@ class ScaledProblem {
     value = cost / unit_;
     gradient = scale_.cwiseProduct(gradient) / unit_;
     hessian = scale_.asDiagonal() * hessian * scale_.asDiagonal() / unit_;
-    return true;
+    // Infinite entries crash the factorisations of other people's solvers.
+    return all_finite(gradient) && all_finite(Matrix(hessian.triangularView<Eigen::Lower>()));
   }
 
   /// The best point so far with status and message of the search.
