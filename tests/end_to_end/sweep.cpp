@@ -29,7 +29,8 @@ Json small_sweep() {
 void prepare(const Folder& folder) {
   Json base = parse_json(read_file(WHEELHOP_SOURCE "/experiments/configs/paper.json"), "paper.json");
   base["plant"] = WHEELHOP_SOURCE "/experiments/configs/paper_plant.json";
-  base["estimation_s"] = base["validation_s"] = 10;
+  base["estimation_s"] = base["validation_s"] = 5;
+  base["settle_s"] = 0.5;
   write_json(folder / "base.json", base);
 }
 
@@ -141,7 +142,7 @@ TEST_CASE("killed at any moment a sweep goes on: no row is lost or doubled, the 
   const Folder folder;
   prepare(folder);
   Json config = small_sweep();
-  config["realisations"] = 6;
+  config["realisations"] = 4;
   REQUIRE(sweep(folder, config, "one").status == 0);
   Random random(77, Stream::parameters);
   int killed = 0;
