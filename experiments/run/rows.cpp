@@ -47,19 +47,23 @@ std::optional<RowKey> key_of(const Json& row) {
   return RowKey{row["cell"].get<std::size_t>(), row["realisation"].get<Index>()};
 }
 
-std::string read_part(std::ifstream& stream, std::size_t begin, std::size_t length) {
+std::string read_part(const fs::path& file, std::ifstream& stream, std::size_t begin, std::size_t length) {
   std::string part(length, '\0');
   stream.clear();
   stream.seekg(static_cast<std::streamoff>(begin));
   stream.read(part.data(), static_cast<std::streamsize>(length));
+  // Rows are put together from these parts and their files removed: none may be made up.
+  if (stream.gcount() != static_cast<std::streamsize>(length))
+    throw UserError(file.string() + ": a row cannot be read again; nothing was removed, start again to go on");
   return part;
 }
 
+/// UserError if the file did not reach the disk.
 void sync_file(const fs::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  ::fsync(descriptor);
-  ::close(descriptor);
+  const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
+  if (descriptor >= 0) ::close(descriptor);
+  if (!synced) throw UserError(file.string() + ": cannot be written; the rows are kept, start again to go on");
 }
 
 }  // namespace
@@ -97,7 +101,7 @@ void RowStore::add(const RowKey& key, const std::string& row, double seconds) {
 void RowIndex::for_each(const std::function<void(const RowKey&, const std::string&)>& visit) const {
   std::vector<std::ifstream> streams;
   for (const fs::path& file : files_) streams.emplace_back(file, std::ios::binary);
-  for (const auto& [key, at] : places_) visit(key, read_part(streams[at.file], at.begin, at.length));
+  for (const auto& [key, at] : places_) visit(key, read_part(files_[at.file], streams[at.file], at.begin, at.length));
 }
 
 bool RowStore::merge(std::size_t total, const std::function<void()>& finish) {
