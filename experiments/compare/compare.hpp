@@ -26,8 +26,9 @@ struct CompareOptions {
 /// "friedman": {"chi2", "p", "f", "p_f", "critical_difference"}, "pairs": [{"a", "b", "n", "median_difference", "ci95",
 /// "wins", "ties", "losses", "both_failed", "p", "p_holm", "rank_biserial", "verdict", "sentence"}],
 /// "profile": {"tau": [...], "share": {LABEL: [...]}}}]}`. Positive differences: `a` is better. p: Wilcoxon's
-/// signed-rank test with Pratt's zeros; p_holm over all pairs of all comparisons. The rank test and Friedman's stand on
-/// complete blocks. UserError for an axis or metric that is not there or has no better direction.
+/// signed-rank test with Pratt's zeros; p_holm over all pairs of all comparisons. Mean ranks, Friedman's test and the
+/// profile stand on complete blocks, pairs on all rows that both methods have. UserError for an axis or metric that is
+/// not there or has no better direction.
 Json compare_rows(const Grid& grid, const RowIndex& rows, const CompareOptions& options);
 
 /// The comparison that goes into table.json: over the axis of `until`, or the last with more than one value, by all

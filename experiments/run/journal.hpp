@@ -11,8 +11,9 @@
 namespace wheelhop {
 
 /// Appends lines to a file. What stands after the last line break when it is opened, the part of a line that a killed
-/// process left, is cut off. Lines reach the disk at most a second after append() and before close; after SIGKILL all
-/// are there, after a power failure all but those of the last second.
+/// process left, is cut off. After SIGKILL all lines are
+/// there. They are forced to the disk when the file is closed and by an append() more than a second after the last
+/// time, so that a power failure may cost those since then.
 class Journal {
  public:
   /// UserError if the file cannot be written, or another process has it open.
