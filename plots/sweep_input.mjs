@@ -12,13 +12,14 @@ const READ_BY = {
   solver: [/^map_cost$/, /^joint_cost$/, /^map_evaluations$/, /^joint_evaluations$/],
 };
 
-/** @returns {{measure, axes, columns, cells, excluded, comparison, until, provenance, effective}} */
+/** @returns {{measure, axes, zips, columns, cells, excluded, comparison, until, provenance, effective}} */
 export function readSweep(directory) {
   const root = readJson(join(directory, 'table.json'));
   root.get('schema').equals('wheelhop.table/2');
   const grid = root.get('grid');
   const measure = grid.get('measure').text();
   const axes = grid.get('axes').items().map((axis) => axis.get('name').text());
+  const zips = grid.get('axes').items().map((axis) => axis.value.zip ?? null);
   const cells = root.get('cells').items().map((cell) => {
     const columns = {};
     for (const [name, value] of Object.entries(cell.get('columns').value ?? {}))
@@ -46,7 +47,7 @@ export function readSweep(directory) {
     comparison = compared.value;
   }
   return {
-    measure, axes, columns, cells, comparison,
+    measure, axes, zips, columns, cells, comparison,
     excluded: root.value.excluded_cells ?? 0,
     until: root.value.until ?? null,
     provenance: root.value.provenance,

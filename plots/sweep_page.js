@@ -2,7 +2,7 @@
 (() => {
   'use strict';
   const sweep = JSON.parse(document.getElementById('sweep').textContent);
-  const { axes, cells, columns, comparison } = sweep;
+  const { axes, zips, cells, columns, comparison } = sweep;
   const MOST_ROWS = 400;
   const COLOURS = ['#0072b2', '#d55e00', '#007a5a', '#cc79a7', '#5b6b82', '#b08900', '#56b4e9', '#8c564b'];
 
@@ -38,11 +38,14 @@
   const varied = axes.map((_, i) => i).filter((i) => valuesOf(i).length > 1);
   const named = (cell) => varied.map((i) => `${axes[i]} ${cell.at[i]}`).join(', ');
 
+  /** Whether two axes vary together. */
+  const together = (i, k) => i === k || (zips[i] !== null && zips[i] === zips[k]);
+
   // --- the maps -------------------------------------------------------------------------------------------------
   const state = {
     column: 0,
     x: varied[0] ?? 0,
-    y: varied.length > 1 ? varied[varied.length - 1] : -1,
+    y: varied.filter((i) => !together(i, varied[0])).pop() ?? -1,
     fixed: axes.map((_, i) => valuesOf(i)[0]),
   };
 
@@ -52,10 +55,13 @@
     return [`rgb(${mix(246, 0)}, ${mix(238, 95)}, ${mix(220, 150)})`, share > 0.55 ? '#ffffff' : '#1c1f23'];
   };
 
+  /** Whether an axis is across or down in the map, or varies together with one that is. */
+  const isShown = (i) => together(i, state.x) || (state.y >= 0 && together(i, state.y));
+
   const map = (place, value, words, scale) => {
     const xs = valuesOf(state.x), ys = state.y < 0 ? [null] : valuesOf(state.y);
     const found = (x, y) => cells.find((cell) => axes.every((_, i) =>
-      i === state.x ? same(cell.at[i], x) : i === state.y ? same(cell.at[i], y) : same(cell.at[i], state.fixed[i])));
+      i === state.x ? same(cell.at[i], x) : i === state.y ? same(cell.at[i], y) : isShown(i) || same(cell.at[i], state.fixed[i])));
     const table = element('table', { class: 'map' });
     const head = element('tr', {}, element('th', { scope: 'col' }, state.y < 0 ? '' : `${axes[state.y]} \\ ${axes[state.x]}`));
     xs.forEach((x) => head.append(element('th', { scope: 'col', class: 'num' }, x)));
@@ -96,7 +102,7 @@
     const place = document.getElementById('map');
     map(place, (cell) => (cell.columns[column] ? cell.columns[column][0] : cell.ok === 0 ? null : undefined), (cell) => {
       const [median, low, high, worst, ok, n] = cell.columns[column] ?? [];
-      return `median ${text(median)}, 5 to 95 % ${text(low)} to ${text(high)}${worst === undefined ? '' : `, worst ${text(worst)}`}, ${ok ?? 0} of ${n ?? cell.n} rows`;
+      return `median ${text(median)}, 5 to 95 % ${text(low)} to ${text(high)}${worst === undefined || !(isBetterLarge(column) || down) ? '' : `, worst ${text(worst)}`}, ${ok ?? 0} of ${n ?? cell.n} rows`;
     }, scale);
     const order = isBetterLarge(column) ? 'larger is better' : down ? 'smaller is better' : 'no better direction';
     place.append(element('p', { class: 'scale' }, `${column}: median of the realisations; ${order}; shades by powers of ten${perfect ? ` of what is left to ${perfect}` : ''}. Point at a cell for its range.`));
@@ -108,12 +114,19 @@
     const place = document.getElementById('map-controls');
     place.replaceChildren();
     choice(place, 'number', columns, state.column, (i) => { state.column = i; drawMaps(); });
-    const all = axes.map((_, i) => i);
-    choice(place, 'across', axes, state.x, (i) => { state.x = i; if (state.y === i) state.y = -1; mapControls(); drawMaps(); });
-    choice(place, 'down', ['nothing', ...axes], state.y + 1, (i) => { state.y = i - 1; if (state.y === state.x) state.y = -1; mapControls(); drawMaps(); });
-    for (const i of all.filter((axis) => axis !== state.x && axis !== state.y && valuesOf(axis).length > 1)) {
+    choice(place, 'across', axes, state.x, (i) => { state.x = i; if (state.y >= 0 && together(state.y, i)) state.y = -1; mapControls(); drawMaps(); });
+    const down = [-1, ...axes.keys()].filter((i) => i < 0 || !together(i, state.x));
+    choice(place, 'down', down.map((i) => (i < 0 ? 'nothing' : axes[i])), down.indexOf(state.y), (k) => { state.y = down[k]; mapControls(); drawMaps(); });
+    for (const i of [...axes.keys()].filter((axis) => !isShown(axis) && valuesOf(axis).length > 1)) {
       const values = valuesOf(i);
-      choice(place, axes[i], values, values.findIndex((value) => same(value, state.fixed[i])), (k) => { state.fixed[i] = values[k]; drawMaps(); });
+      choice(place, axes[i], values, values.findIndex((value) => same(value, state.fixed[i])), (k) => {
+        state.fixed[i] = values[k];
+        // The axes of one zip go to the values that they have together.
+        const cell = cells.find((one) => same(one.at[i], values[k]));
+        for (const other of axes.keys()) if (other !== i && together(i, other)) state.fixed[other] = cell.at[other];
+        mapControls();
+        drawMaps();
+      });
     }
   };
 

@@ -7,28 +7,21 @@
 #include <string>
 #include <vector>
 
-#include "experiments/run/rows.hpp"
-#include "experiments/sweep/grid.hpp"
+#include "experiments/compare/pairing.hpp"
 
 namespace wheelhop {
 
-struct CompareOptions {
-  std::string over;                   ///< axis whose values are compared
-  std::vector<std::string> by;        ///< axes that are looked at value by value; the remaining ones are pooled
-  std::vector<std::string> metrics;   ///< columns; empty: those the sweep's measure is read by
-  std::optional<double> equivalence;  ///< differences up to this are ties; none: 0.1 for a VAF in percent, 0 for others
-};
-
 /// Pairs are rows of one realisation whose cells differ on the axis `over` alone. A row without a value of the metric
-/// counts as worse than any value; two such are a tie.
+/// counts as worse than any value; two such are a tie. One realisation is one observation, whatever the number of its
+/// pooled cells (differences(), blocks_by_realisation()); the performance profile alone counts every cell.
 /// @return `{"over", "by", "alpha": 0.05, "level": 0.95, "comparisons": [{"metric", "better", "at": {AXIS: value},
-/// "equivalence", "blocks", "incomplete_blocks", "methods": [{"label", "median", "mean_rank", "failed"}],
+/// "equivalence", "blocks", "incomplete_blocks", "methods": [{"label", "n", "failed", "median", "mean_rank"}],
 /// "friedman": {"chi2", "p", "f", "p_f", "critical_difference"}, "pairs": [{"a", "b", "n", "median_difference", "ci95",
 /// "wins", "ties", "losses", "both_failed", "p", "p_holm", "rank_biserial", "verdict", "sentence"}],
 /// "profile": {"tau": [...], "share": {LABEL: [...]}}}]}`. Positive differences: `a` is better. p: Wilcoxon's
-/// signed-rank test with Pratt's zeros; p_holm over all pairs of all comparisons. Mean ranks, Friedman's test and the
-/// profile stand on complete blocks, pairs on all rows that both methods have. UserError for an axis or metric that is
-/// not there or has no better direction.
+/// signed-rank test with Pratt's zeros; p_holm over all pairs of all comparisons. Blocks, n, wins, ties and losses
+/// count realisations; the n and failed of a method and both_failed count rows. The verdict is better, equivalent,
+/// undecided or too_few (verdict_of()). UserError for an axis or metric that is not there or has no better direction.
 Json compare_rows(const Grid& grid, const RowIndex& rows, const CompareOptions& options);
 
 /// The comparison that goes into table.json: over the axis of `until`, or the last with more than one value, by all

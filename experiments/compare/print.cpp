@@ -56,6 +56,9 @@ std::string sentence_of(const Json& comparison, const Json& pair) {
     return fmt::format("{} and {} are equivalent within {}{}{}; median difference {} {}; {} of {} pairs tie", a, b,
                        text_of(comparison["equivalence"]), unit, what, text_of(middle), interval,
                        pair["ties"].get<std::size_t>(), n);
+  if (verdict == "too_few")
+    return fmt::format("{} and {}: {} {} too few to tell them apart{}; median difference {}{}", a, b, n,
+                       n == "1" ? "realisation is" : "realisations are", what, text_of(middle), unit);
   return fmt::format(
       "{} and {} are not told apart{}; median difference {}{} {}; {} wins, {} ties, {} losses; {} after "
       "correction",

@@ -177,6 +177,8 @@ Interval bootstrap_median(std::vector<double> values, double level) {
   return {quantile_of((n + 1) / 2, 0.5 * (1 - level)), quantile_of(n / 2 + 1, 0.5 * (1 + level))};
 }
 
+double coverage_of_range(Index n) { return 1 - std::exp2(1 - static_cast<double>(n)); }
+
 double performance_profile(const std::vector<double>& ratios, double tau) {
   const auto within = std::count_if(ratios.begin(), ratios.end(), [&](double r) { return r <= tau; });
   return static_cast<double>(within) / static_cast<double>(ratios.size());

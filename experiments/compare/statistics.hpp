@@ -61,8 +61,13 @@ double median(std::vector<double> values);
 /// Percentile bootstrap interval of the median, for infinitely many resamples: the k-th of n values in ascending order
 /// is at or above the median of a resample with probability P(Bin(n, k/n) >= m), m = (n + 1)/2 (Efron & Tibshirani
 /// 1993, ch. 13, without their random numbers). For even n its lower end is that of the lower middle value, its upper
-/// end that of the upper one. @param level 0.95: from the 2.5 % to the 97.5 % quantile
+/// end that of the upper one. It lies within the range of the values, which holds the median of a continuous
+/// distribution with probability coverage_of_range(n) only. @param level 0.95: from the 2.5 % to the 97.5 % quantile
 Interval bootstrap_median(std::vector<double> values, double level);
+
+/// Probability that the range of n independent values holds the median of their continuous distribution: 1 - 2^(1-n).
+/// It reaches 0.95 from six values on.
+double coverage_of_range(Index n);
 
 /// Share of data sets on which a method needs at most tau times the least that any method needs.
 /// @param ratios of one method; infinity where it failed

@@ -63,6 +63,11 @@ void run_jobs(std::size_t count, const JobOptions& options, const Job& job) {
     while (working > 0) {
       ended.wait_for(lock, std::chrono::milliseconds(50));
       if (const int signal = StopSignals::received(); signal != 0) stop_program(signal, options.go_on);
+      try {
+        if (options.meanwhile && !failure) options.meanwhile();
+      } catch (...) {
+        failure = std::current_exception();
+      }
     }
   }
   threads.clear();

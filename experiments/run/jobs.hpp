@@ -15,6 +15,8 @@ struct JobOptions {
   std::string what;    ///< for the progress line: "sweep"
   std::string go_on;   ///< said when a signal stops the loop: how to go on
   bool quiet = false;  ///< no progress
+  /// Called many times a second while jobs run, under the lock of the results; what it throws ends the loop.
+  std::function<void()> meanwhile = {};
 };
 
 /// Computes a job and returns what is to be done with its result.

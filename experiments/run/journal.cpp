@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -35,15 +36,22 @@ std::size_t whole_lines(int descriptor, std::size_t size) {
 }  // namespace
 
 Journal::Journal(std::filesystem::path file) : file_(std::move(file)) {
-  descriptor_ = ::open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) refuse(file_, "cannot be written");
-  if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    ::close(descriptor_);
-    throw UserError(file_.string() +
-                    ": another process is writing it; wait for its end, or take another folder or shard");
+  for (bool opened = false; !opened;) {
+    descriptor_ = ::open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) refuse(file_, "cannot be written");
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      ::close(descriptor_);
+      throw UserError(file_.string() +
+                      ": another process is writing it; wait for its end, or take another folder or shard");
+    }
+    // Between the two calls another process may have put another file into its place, or taken it away.
+    struct stat own = {}, named = {};
+    opened = ::fstat(descriptor_, &own) == 0 && ::stat(file_.c_str(), &named) == 0 && own.st_dev == named.st_dev &&
+             own.st_ino == named.st_ino;
+    if (!opened) ::close(descriptor_);
   }
   const off_t end = ::lseek(descriptor_, 0, SEEK_END);
-  size_ = whole_lines(descriptor_, static_cast<std::size_t>(std::max<off_t>(end, 0)));
+  size_ = synced_size_ = whole_lines(descriptor_, static_cast<std::size_t>(std::max<off_t>(end, 0)));
   dropped_part_ = static_cast<off_t>(size_) < end;
   if (dropped_part_ && ::ftruncate(descriptor_, static_cast<off_t>(size_)) != 0) {
     const int reason = errno;
@@ -54,11 +62,16 @@ Journal::Journal(std::filesystem::path file) : file_(std::move(file)) {
 }
 
 Journal::~Journal() {
-  sync();
+  if (synced_size_ != size_) static_cast<void>(::fdatasync(descriptor_));
   ::close(descriptor_);
 }
 
 std::size_t Journal::append(std::string_view line) {
+  constexpr const char* kept = "cannot be written; what stands there is kept, start again to go on";
+  if (broken_) {
+    errno = EIO;
+    refuse(file_, kept);
+  }
   std::string whole(line);
   whole += '\n';
   for (std::size_t done = 0; done < whole.size();) {
@@ -66,22 +79,26 @@ std::size_t Journal::append(std::string_view line) {
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) {
       const int reason = errno;
-      // Should the cut fail as well, the next start makes it.
-      if (::ftruncate(descriptor_, static_cast<off_t>(size_)) != 0) errno = reason;
+      // Should the cut fail as well, the next start makes it; a line behind the part would be lost with it.
+      broken_ = ::ftruncate(descriptor_, static_cast<off_t>(size_)) != 0;
       errno = reason;
-      refuse(file_, "cannot be written; what stands there is kept, start again to go on");
+      refuse(file_, kept);
     }
     done += static_cast<std::size_t>(count);
   }
   const std::size_t begin = size_;
   size_ += whole.size();
-  if (std::chrono::steady_clock::now() - synced_ > std::chrono::seconds(1)) sync();
   return begin;
 }
 
-void Journal::sync() {
-  ::fdatasync(descriptor_);
-  synced_ = std::chrono::steady_clock::now();
+void Journal::sync(std::chrono::milliseconds after) {
+  const auto now = std::chrono::steady_clock::now();
+  if (synced_size_ == size_ || now - synced_ < after) return;
+  // Some file systems cannot sync; that is no loss of what was written.
+  if (::fdatasync(descriptor_) != 0 && errno != EINVAL && errno != ENOTSUP)
+    refuse(file_, "the disk does not take its lines; what stands there is kept, start again to go on");
+  synced_size_ = size_;
+  synced_ = now;
 }
 
 void for_each_line(const std::filesystem::path& file,
@@ -94,13 +111,19 @@ void for_each_line(const std::filesystem::path& file,
   }
 }
 
-FileLock::FileLock(const std::filesystem::path& file)
-    : descriptor_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
-  if (descriptor_ < 0) refuse(file, "cannot be written");
-  while (::flock(descriptor_, LOCK_EX) != 0 && errno == EINTR) {
+FileLock::FileLock(const std::filesystem::path& file, Kind kind)
+    : descriptor_(kind == Kind::alone ? ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)
+                                      : ::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
+  if (descriptor_ < 0) {
+    if (kind == Kind::shared) return;
+    refuse(file, "cannot be written");
+  }
+  while (::flock(descriptor_, kind == Kind::alone ? LOCK_EX : LOCK_SH) != 0 && errno == EINTR) {
   }
 }
 
-FileLock::~FileLock() { ::close(descriptor_); }
+FileLock::~FileLock() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
 
 }  // namespace wheelhop

@@ -12,7 +12,8 @@
 namespace wheelhop {
 namespace {
 
-/// Number of processes that a launcher started; 1 where none did. Open MPI, PMI (MPICH, srun --mpi=pmi2), PMIx, Slurm.
+/// Number of processes that a launcher started, 1 where none did, as the environment says: Open MPI's mpirun, PMI
+/// (MPICH's mpiexec, srun --mpi=pmi2), Slurm's srun with any other plugin, PMIx among them.
 int launched() {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"})
     if (const char* const value = std::getenv(name)) return std::max(1, std::atoi(value));
@@ -83,6 +84,11 @@ std::int64_t Ranks::ask(const std::optional<std::string>& result) {
   }
 }
 
+void Ranks::abort(int exit_status) {
+  if (started_) PMPI_Abort(MPI_COMM_WORLD, exit_status);
+  std::_Exit(exit_status);
+}
+
 #else
 
 Ranks::Ranks() {
@@ -96,6 +102,7 @@ bool Ranks::agree(bool go_on) { return go_on; }
 std::optional<Delivery> Ranks::poll() { return {}; }
 void Ranks::assign(int, std::int64_t) {}
 std::int64_t Ranks::ask(const std::optional<std::string>&) { return -1; }
+void Ranks::abort(int exit_status) { std::_Exit(exit_status); }
 
 #endif
 

@@ -38,6 +38,9 @@ class Ranks {
   /// Other ranks: delivers a result, if any, and waits for the next number; negative: none is left.
   std::int64_t ask(const std::optional<std::string>& result);
 
+  /// Ends the processes of all ranks: a rank that cannot go on must not leave the others waiting for it.
+  [[noreturn]] void abort(int exit_status);
+
   std::vector<int> waiting;  ///< rank 0: ranks that asked and have no answer yet
 
  private:

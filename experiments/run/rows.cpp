@@ -10,6 +10,7 @@
 #include <fstream>
 #include <mutex>
 #include <optional>
+#include <regex>
 #include <thread>
 
 #include "core/base/files.hpp"
@@ -25,19 +26,7 @@ std::string file_name(const char* what, Shard shard) {
   return shard.of == 1 ? fmt::format("{}.jsonl", what) : fmt::format("{}.{}-of-{}.jsonl", what, shard.number, shard.of);
 }
 
-/// WHAT.jsonl and WHAT.I-of-N.jsonl of a folder, by name.
-std::vector<fs::path> files_called(const fs::path& folder, const std::string& what) {
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    if (!entry.is_regular_file()) continue;
-    if (name == what + ".jsonl" ||
-        (name.starts_with(what + ".") && name.ends_with(".jsonl") && name.find("-of-") != std::string::npos))
-      files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  return files;
-}
+fs::path lock_file(const fs::path& folder) { return folder / ".lock"; }
 
 /// The key of a line, if it is one of an object with `cell` and `realisation`.
 std::optional<RowKey> key_of(const Json& row) {
@@ -47,16 +36,26 @@ std::optional<RowKey> key_of(const Json& row) {
   return RowKey{row["cell"].get<std::size_t>(), row["realisation"].get<Index>()};
 }
 
-std::string read_part(const fs::path& file, std::ifstream& stream, std::size_t begin, std::size_t length) {
-  std::string part(length, '\0');
-  stream.clear();
-  stream.seekg(static_cast<std::streamoff>(begin));
-  stream.read(part.data(), static_cast<std::streamsize>(length));
-  // Rows are put together from these parts and their files removed: none may be made up.
-  if (stream.gcount() != static_cast<std::streamsize>(length))
-    throw UserError(file.string() + ": a row cannot be read again; nothing was removed, start again to go on");
-  return part;
-}
+/// Reads parts of files, with few of them open at once: a folder may have more shards than a process may have files.
+class PartReader {
+ public:
+  std::string read(const fs::path& file, std::size_t begin, std::size_t length) {
+    if (!streams_.contains(file) && streams_.size() >= kMostOpen) streams_.clear();
+    std::ifstream& stream = streams_.try_emplace(file, file, std::ios::binary).first->second;
+    std::string part(length, '\0');
+    stream.clear();
+    stream.seekg(static_cast<std::streamoff>(begin));
+    stream.read(part.data(), static_cast<std::streamsize>(length));
+    // Rows are put together from these parts and their files removed: none may be made up.
+    if (stream.gcount() != static_cast<std::streamsize>(length))
+      throw UserError(file.string() + ": a row cannot be read again; nothing was removed, start again to go on");
+    return part;
+  }
+
+ private:
+  static constexpr std::size_t kMostOpen = 100;
+  std::map<fs::path, std::ifstream> streams_;
+};
 
 /// UserError if the file did not reach the disk.
 void sync_file(const fs::path& file) {
@@ -68,27 +67,44 @@ void sync_file(const fs::path& file) {
 
 }  // namespace
 
+std::vector<fs::path> row_files(const fs::path& folder, const std::string& what) {
+  const std::regex pattern(what + R"((\.[0-9]+-of-[0-9]+)?\.jsonl)");
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_regular_file() && std::regex_match(entry.path().filename().string(), pattern))
+      files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+FileLock hold_rows(const fs::path& folder) { return FileLock(lock_file(folder), FileLock::Kind::shared); }
+
 RowIndex::RowIndex(fs::path folder, std::function<bool(const Json&)> is_own)
     : folder_(std::move(folder)), is_own_(std::move(is_own)) {
   scan();
 }
 
 void RowIndex::scan() {
-  files_ = files_called(folder_, "rows");
+  files_ = row_files(folder_, "rows");
   places_.clear();
   for (std::size_t f = 0; f < files_.size(); ++f)
     for_each_line(files_[f], [&](const std::string& line, std::size_t begin) {
-      const Json row = Json::parse(line, nullptr, false);
-      const std::optional<RowKey> key = key_of(row);
-      if (key && is_own_(row)) places_.try_emplace(*key, Place{f, begin, line.size()});
+      if (const std::optional<RowKey> key = is_row(line)) places_.try_emplace(*key, Place{f, begin, line.size()});
     });
 }
 
+std::optional<RowKey> RowIndex::is_row(const std::string& line) const {
+  const Json row = Json::parse(line, nullptr, false);
+  const std::optional<RowKey> key = key_of(row);
+  return key && is_own_(row) ? key : std::nullopt;
+}
+
 RowStore::RowStore(fs::path folder, Shard shard, std::function<bool(const Json&)> is_own)
-    : RowIndex(folder, std::move(is_own)),
-      rows_(std::make_unique<Journal>(folder / file_name("rows", shard))),
-      timing_(std::make_unique<Journal>(folder / file_name("timing", shard))) {
-  scan();  // with the own file, which is there now
+    : RowIndex(folder, std::move(is_own)) {
+  const FileLock lock(lock_file(folder));  // a merge may be moving the rows
+  rows_ = std::make_unique<Journal>(folder / file_name("rows", shard));
+  timing_ = std::make_unique<Journal>(folder / file_name("timing", shard));
+  scan();
   own_file_ = static_cast<std::size_t>(std::find(files_.begin(), files_.end(), rows_->file()) - files_.begin());
 }
 
@@ -99,18 +115,16 @@ void RowStore::add(const RowKey& key, const std::string& row, double seconds) {
 }
 
 void RowIndex::for_each(const std::function<void(const RowKey&, const std::string&)>& visit) const {
-  std::vector<std::ifstream> streams;
-  for (const fs::path& file : files_) streams.emplace_back(file, std::ios::binary);
-  for (const auto& [key, at] : places_) visit(key, read_part(files_[at.file], streams[at.file], at.begin, at.length));
+  PartReader reader;
+  for (const auto& [key, at] : places_) visit(key, reader.read(files_[at.file], at.begin, at.length));
 }
 
 bool RowStore::merge(std::size_t total, const std::function<void()>& finish) {
-  rows_.reset();  // lets go of the file that is replaced below
-  timing_.reset();
-  const FileLock lock(folder_ / ".lock");
+  const FileLock lock(lock_file(folder_));
+  rows_->sync();
   scan();
   if (places_.size() < total) return false;
-  const fs::path sorted = folder_ / "rows.jsonl", beside = folder_ / ".rows.jsonl.new";
+  const fs::path sorted = folder_ / "rows.jsonl", beside = folder_ / fmt::format(".rows.jsonl.new-{}", ::getpid());
   {
     std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
     for_each([&](const RowKey&, const std::string& line) { stream << line << '\n'; });
@@ -120,17 +134,25 @@ bool RowStore::merge(std::size_t total, const std::function<void()>& finish) {
     }
   }
   sync_file(beside);
+  std::size_t written = 0;
+  for_each_line(beside, [&](const std::string& line, std::size_t) { written += is_row(line).has_value(); });
+  if (written != places_.size())
+    throw UserError(beside.string() + ": holds other rows than were written; nothing was removed, start again");
   fs::rename(beside, sorted);
   for (const fs::path& file : files_)
     if (file != sorted) fs::remove(file);
+  for (const auto& entry : fs::directory_iterator(folder_))  // of merges that were killed
+    if (entry.path().filename().string().starts_with(".rows.jsonl.new-")) fs::remove(entry.path());
   scan();
   finish();
+  rows_.reset();  // lets others write only now: its file is no longer the one of that name
+  timing_.reset();
   return true;
 }
 
 std::map<RowKey, double> RowIndex::seconds() const {
   std::map<RowKey, double> all;
-  for (const fs::path& file : files_called(folder_, "timing"))
+  for (const fs::path& file : row_files(folder_, "timing"))
     for_each_line(file, [&](const std::string& line, std::size_t) {
       const Json entry = Json::parse(line, nullptr, false);
       const std::optional<RowKey> key = key_of(entry);
@@ -140,6 +162,9 @@ std::map<RowKey, double> RowIndex::seconds() const {
 }
 
 namespace {
+
+/// After a power failure the rows of about so long are lost.
+constexpr std::chrono::milliseconds kSyncAfter{1000};
 
 double since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -191,6 +216,14 @@ void compute_over_ranks(RowStore& store, const std::vector<RowKey>& open, Ranks&
     return done == open.size();
   };
   while (!all_done()) {
+    {
+      const std::lock_guard lock(mutex);
+      try {
+        store.sync(kSyncAfter);
+      } catch (...) {
+        failure = std::current_exception();
+      }
+    }
     if (const int signal = StopSignals::received(); signal != 0) {
       const std::lock_guard lock(mutex);
       stop_program(signal, options.go_on);
@@ -227,7 +260,9 @@ void compute_rows(RowStore& store, const std::vector<RowKey>& open, Ranks& ranks
                   const std::function<std::string(const RowKey&)>& compute) {
   if (open.empty()) return;
   if (ranks.size() > 1) return compute_over_ranks(store, open, ranks, options, compute);
-  run_jobs(open.size(), options, [&](std::size_t i) -> std::function<void()> {
+  JobOptions with_sync = options;
+  with_sync.meanwhile = [&store] { store.sync(kSyncAfter); };
+  run_jobs(open.size(), with_sync, [&](std::size_t i) -> std::function<void()> {
     const auto start = std::chrono::steady_clock::now();
     std::string row = compute(open[i]);
     const double seconds = since(start);

@@ -2,10 +2,12 @@
 /// Result rows of a grid in a folder: computed by threads, shards or MPI ranks, kept through every kind of end.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,8 +29,15 @@ struct Shard {
   Index number = 1, of = 1;
 };
 
+/// `WHAT.jsonl` and the `WHAT.I-of-N.jsonl` of shards in a folder, by name.
+std::vector<std::filesystem::path> row_files(const std::filesystem::path& folder, const std::string& what);
+
+/// As long as it lives, no process moves the rows of the folder into another file. Lines may be added.
+FileLock hold_rows(const std::filesystem::path& folder);
+
 /// Where the rows of a folder stand: lines of JSON with the members `cell` and `realisation`, in `rows.jsonl` and, by
-/// the processes of other shards, `rows.I-of-N.jsonl`. Memory holds a few numbers a row, never the rows.
+/// the processes of other shards, `rows.I-of-N.jsonl`. Memory holds a few numbers a row, never the rows. Who reads a
+/// folder that other processes may write holds hold_rows().
 class RowIndex {
  public:
   /// Lines that are no whole row of this grid are passed over. @param is_own whether a row belongs to the grid
@@ -48,6 +57,7 @@ class RowIndex {
     std::size_t file, begin, length;
   };
   void scan();
+  std::optional<RowKey> is_row(const std::string& line) const;  ///< of this grid
 
   std::filesystem::path folder_;
   std::function<bool(const Json& row)> is_own_;
@@ -63,9 +73,13 @@ class RowStore : public RowIndex {
 
   void add(const RowKey& key, const std::string& row, double seconds);
 
+  /// Forces the rows to the disk if the last time is more than `after` ago (Journal::sync()).
+  void sync(std::chrono::milliseconds after = {}) { rows_->sync(after); }
+
   /// Under a lock that other processes heed, reads again where rows stand. If there are `total`, puts all, sorted, into
-  /// rows.jsonl, takes the files of the shards away, and calls finish() under the lock. Nothing can be added
-  /// afterwards.
+  /// rows.jsonl, takes the files of the shards away once that file is found to hold all of them, and calls finish()
+  /// under the lock. Nothing can be added afterwards. Where the file system knows no locks, one process at a time may
+  /// merge.
   /// @return whether there are `total`
   bool merge(std::size_t total, const std::function<void()>& finish);
 

@@ -10,10 +10,13 @@ double quantile(const std::vector<double>& ascending, double p) {
   const double place = p * static_cast<double>(ascending.size() - 1);
   const auto below = static_cast<std::size_t>(place), above = std::min(below + 1, ascending.size() - 1);
   const double weight = place - static_cast<double>(below);
-  // Between an infinite value and another one stands no number.
-  if (weight == 0 || ascending[below] == ascending[above] || std::isinf(ascending[below])) return ascending[below];
-  if (std::isinf(ascending[above])) return weight < 0.5 ? ascending[below] : ascending[above];
-  return ascending[below] + weight * (ascending[above] - ascending[below]);
+  const double low = ascending[below], high = ascending[above];
+  if (weight == 0 || low == high) return low;
+  if (std::isinf(low) || std::isinf(high)) {
+    if (weight != 0.5) return weight < 0.5 ? low : high;
+    return std::isinf(low) && std::isinf(high) ? 0 : std::isinf(low) ? low : high;
+  }
+  return low + weight * (high - low);
 }
 
 Statistics statistics_of(std::vector<double> values) {

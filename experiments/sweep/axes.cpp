@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/base/files.hpp"
 #include "core/base/status.hpp"
+#include "experiments/sweep/cell.hpp"
 #include "experiments/sweep/grid.hpp"
 #include "variants/table.hpp"
 
@@ -51,15 +53,15 @@ void read_plants(AxisValue& value, const JsonCursor& cursor) {
     }
 }
 
-/// Columns of rows and tables that an axis may not be called.
+/// Names that an axis may not have: columns of rows, and members of a cell of the table.
 bool is_reserved(const std::string& name) {
-  static const std::vector<std::string> words = {
-      "cell",           "realisation", "config_hash",        "status", "message", "n",           "n_ok",
-
-      "failures",       "columns",     "config_beside_base", "order",  "gap",     "instruments", "map",
-      "map_parameters", "stabilised",  "best_pass",          "zip",    "preset"};
-  return std::find(words.begin(), words.end(), name) != words.end();
+  static const std::set<std::string> of_a_cell = {"n", "n_ok", "failures", "columns", "config_beside_base"};
+  return (is_row_column(name) && name != "seed") || of_a_cell.contains(name) ||
+         name.ends_with("_within_1_percent_of_best");
 }
+
+/// The number nearest to `value` of at most 15 decimal digits: 0.3 for 0.1 + 2 * 0.1.
+double rounded(double value) { return std::stod(fmt::format("{:.15g}", value)); }
 
 std::vector<AxisValue> read_range(const JsonCursor& item, const std::string& axis) {
   const double from = item.at("from").number(), to = item.at("to").number();
@@ -70,7 +72,8 @@ std::vector<AxisValue> read_range(const JsonCursor& item, const std::string& axi
     if (!(count >= 1)) step->fail("a step that leads from `from` to `to`");
     if (count > static_cast<double>(kMostCells))
       step->fail(fmt::format("a step that makes at most {} values", kMostCells));
-    for (Index i = 0; i < static_cast<Index>(count); ++i) numbers.push_back(from + static_cast<double>(i) * by);
+    for (Index i = 0; i < static_cast<Index>(count); ++i)
+      numbers.push_back(rounded(from + static_cast<double>(i) * by));
   } else {
     const Index count = item.integer("count", 0, 2, static_cast<Index>(kMostCells));
     const auto spacing = item.find("spacing");
@@ -78,10 +81,10 @@ std::vector<AxisValue> read_range(const JsonCursor& item, const std::string& axi
     if (logarithmic && !(from > 0 && to > 0)) item.at("from").fail("ends above zero of a logarithmic range");
     for (Index i = 0; i < count; ++i) {
       const double t = static_cast<double>(i) / static_cast<double>(count - 1);
-      numbers.push_back(i == 0           ? from
-                        : i == count - 1 ? to
-                        : logarithmic    ? from * std::pow(to / from, t)
-                                         : from + t * (to - from));
+      numbers.push_back(i == 0 ? from
+                        : i == count - 1
+                            ? to
+                            : rounded(logarithmic ? from * std::pow(to / from, t) : from + t * (to - from)));
     }
   }
   std::vector<AxisValue> values;
@@ -146,11 +149,15 @@ AxisSpec read_axis(const JsonCursor& item) {
     for (const JsonCursor& value : item.at("values").items()) {
       axis.values.push_back(read_value(value, axis.name));
       read_plants(axis.values.back(), value);
-      const std::string& label = axis.values.back().label;
-      for (std::size_t i = 0; i + 1 < axis.values.size(); ++i)
-        if (axis.values[i].label == label) value.fail("a value whose label no other value of the axis has");
     }
     if (axis.values.empty()) item.at("values").fail("at least one value");
+  }
+  std::set<std::string> labels;
+  for (std::size_t i = 0; i < axis.values.size(); ++i) {
+    if (labels.insert(axis.values[i].label).second) continue;
+    const std::string wanted = fmt::format("values whose labels differ (\"{}\" stands twice)", axis.values[i].label);
+    if (item.has("from")) item.at("to").fail(wanted);
+    item.at("values").items()[i].fail(wanted);
   }
   item.done();
   return axis;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "core/data/metrics.hpp"
 #include "core/identify/free_run_problem.hpp"
@@ -198,6 +199,29 @@ void measure_solver(const Grid& grid, const ExperimentConfig& config, const Simu
 }
 
 }  // namespace
+
+bool is_row_column(const std::string& name) {
+  static const std::set<std::string> columns = {
+      // every row
+      "cell", "realisation", "seed", "config_hash", "status", "message",
+      // step 1
+      "order", "gap", "instruments", "instrument_condition", "regression_condition", "spectral_radius", "stabilised",
+      "residual_correlation_past_inputs", "residual_correlation_past_outputs", "output_error_status",
+      "output_error_iterations",
+      // the passes
+      "direction_residual", "trusted_share", "inversion_r2", "input_variance", "map_residual", "best_pass",
+      "best_pass_inversion_r2", "nonlinear_status",
+      // the refinement
+      "map", "map_parameters", "refine_status", "refine_iterations", "refine_evaluations", "refine_cost"};
+  if (columns.contains(name)) return true;
+  for (const char* prefix : {"linear_", "nonlinear_", "refined_"})
+    for (const char* kind : {"vaf_", "rmse_"})
+      if (name.starts_with(std::string(prefix) + kind)) return true;
+  for (const char* problem : {"map_", "joint_"})
+    for (const char* member : {"start_cost", "cost", "status", "message", "evaluations", "linearisations"})
+      if (name == std::string(problem) + member) return true;
+  return false;
+}
 
 Json compute_row(const Grid& grid, std::size_t cell, Index realisation) {
   const ExperimentConfig config = grid.config_of(cell);

@@ -81,9 +81,11 @@ Until read_until(const JsonCursor& cursor, const Grid& grid) {
   std::vector<std::string> names;
   for (const Axis& axis : grid.axes) names.push_back(axis.name);
   until.over = cursor.at("over").one_of(names);
+  if (grid.axes[static_cast<std::size_t>(grid.axis_called(until.over))].labels.size() < 2)
+    cursor.at("over").fail("an axis of at least two values to compare");
   until.at_most = cursor.at("at_most").integer(grid.realisations, 1000000);
   until.batch = cursor.integer("batch", until.batch, 1, 1000000);
-  until.equivalence = cursor.number("equivalence", until.equivalence, {.low = 0});
+  if (const auto equivalence = cursor.find("equivalence")) until.equivalence = equivalence->number({.low = 0});
   cursor.done();
   return until;
 }
@@ -156,12 +158,10 @@ Grid read_grid(Json config, const std::string& source, const std::filesystem::pa
   grid.realisations = cursor.integer("realisations", grid.realisations, 1, 1000000);
   grid.evaluations = cursor.integer("evaluations", grid.evaluations, 1, 100000000);
   const std::vector<AxisGroup> groups = read_axes(cursor.at("axes"));
-  std::vector<std::size_t> group_of;
   for (std::size_t g = 0; g < groups.size(); ++g)
     for (const AxisSpec& axis : groups[g]) {
-      grid.axes.push_back({axis.name, {}, {}});
+      grid.axes.push_back({axis.name, {}, {}, g});
       grid.sets.emplace_back();
-      group_of.push_back(g);
       for (const AxisValue& value : axis.values) {
         grid.axes.back().labels.push_back(value.label);
         grid.axes.back().values.push_back(value.column);
@@ -179,7 +179,10 @@ Grid read_grid(Json config, const std::string& source, const std::filesystem::pa
   grid.effective = {{"measure", measure}, {"realisations", grid.realisations}};
   if (grid.measure == Measure::solver) grid.config["evaluations"] = grid.effective["evaluations"] = grid.evaluations;
   grid.config["axes"] = write_axes(groups);
-  for (const Axis& axis : grid.axes) grid.effective["axes"].push_back({{"name", axis.name}, {"labels", axis.labels}});
+  for (const Axis& axis : grid.axes) {
+    grid.effective["axes"].push_back({{"name", axis.name}, {"labels", axis.labels}});
+    if (groups[axis.group].size() > 1) grid.effective["axes"].back()["zip"] = axis.group;
+  }
   if (exclude) grid.config["exclude"] = grid.effective["exclude"] = exclude->raw();
   if (until) grid.config["until"] = grid.effective["until"] = until->raw();
   grid.effective["base"] = grid.base.effective;
@@ -187,7 +190,7 @@ Grid read_grid(Json config, const std::string& source, const std::filesystem::pa
   std::vector<std::size_t> at(groups.size(), 0);
   for (bool more = true; more;) {
     std::vector<std::size_t> position;
-    for (const std::size_t g : group_of) position.push_back(at[g]);
+    for (const Axis& axis : grid.axes) position.push_back(at[axis.group]);
     const bool out =
         std::any_of(rules.begin(), rules.end(), [&](const Rule& rule) { return leaves_out(rule, position); });
     if (out)

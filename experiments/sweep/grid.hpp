@@ -22,6 +22,7 @@ struct Axis {
   std::string name;
   std::vector<std::string> labels;
   std::vector<Json> values;  ///< as columns of rows hold them: number, true, false or text
+  std::size_t group = 0;     ///< axes of one group, a zip, vary together
 };
 
 /// One combination of the axes' values.
@@ -33,10 +34,10 @@ struct Cell {
 
 /// Realisations that are added until every paired claim along an axis is decided.
 struct Until {
-  std::string over;   ///< axis
-  Index at_most = 0;  ///< realisations
-  Index batch = 10;   ///< realisations added at once
-  double equivalence = 0.1;
+  std::string over;                   ///< axis
+  Index at_most = 0;                  ///< realisations
+  Index batch = 10;                   ///< realisations added at once
+  std::optional<double> equivalence;  ///< as of CompareOptions
 };
 
 struct Grid {
@@ -57,6 +58,8 @@ struct Grid {
   const std::string& label(std::size_t cell, std::size_t axis) const { return axes[axis].labels[cells[cell].at[axis]]; }
   const Json& value(std::size_t cell, std::size_t axis) const { return axes[axis].values[cells[cell].at[axis]]; }
   Index axis_called(const std::string& name) const;  ///< -1: none
+  bool vary_together(std::size_t axis, std::size_t other) const { return axes[axis].group == axes[other].group; }
+  Index most_realisations() const { return until ? until->at_most : realisations; }
 
   std::vector<std::vector<Json>> sets;  ///< for every axis and value: object of paths and what they are set to
 };

@@ -13,6 +13,7 @@
 #include "experiments/run/provenance.hpp"
 #include "experiments/run/statistics.hpp"
 #include "experiments/sweep/cell.hpp"
+#include "experiments/sweep/folder.hpp"
 #include "experiments/sweep/table.hpp"
 
 namespace wheelhop {
@@ -31,41 +32,6 @@ Shard read_shard(const std::string& text) {
       shard.number > shard.of || shard.of > 1000000)
     throw UserError("--shard: expected I/N with 1 <= I <= N, for example 2/3, found \"" + text + "\"");
   return shard;
-}
-
-/// Where two values differ: "PATH: BEFORE, now AFTER", at most three of them.
-void list_differences(const Json& before, const Json& now, const std::string& path, std::vector<std::string>& found) {
-  if (found.size() >= 3 || before == now) return;
-  if (before.is_object() && now.is_object()) {
-    for (const auto& [key, value] : before.items())
-      list_differences(value, now.value(key, Json()), path + "." + key, found);
-    for (const auto& [key, value] : now.items())
-      if (!before.contains(key)) list_differences(Json(), value, path + "." + key, found);
-  } else if (before.is_array() && now.is_array() && before.size() == now.size()) {
-    for (std::size_t i = 0; i < now.size(); ++i)
-      list_differences(before[i], now[i], fmt::format("{}[{}]", path, i), found);
-  } else {
-    found.push_back(fmt::format("{}: {}, now {}", path, before.dump().substr(0, 80), now.dump().substr(0, 80)));
-  }
-}
-
-/// A folder holds rows of one grid and one build.
-void claim_folder(const fs::path& out, const Grid& grid) {
-  require_writable_folder(out);
-  const fs::path file = out / "sweep.json";
-  const Json own = {{"schema", "wheelhop.sweep/2"}, {"config", grid.config}, {"provenance", provenance()}};
-  if (fs::exists(file)) {
-    const Json other = parse_json(read_file(file), file.string());
-    std::vector<std::string> differences;
-    list_differences(other, own, "$", differences);
-    if (!differences.empty())
-      throw UserError(
-          fmt::format("{}: the folder holds rows of another config or build\n  {}\ntake another folder, or remove "
-                      "this one to start anew",
-                      file.string(), fmt::join(differences, "\n  ")));
-    return;
-  }
-  write_json(file, own);
 }
 
 std::string go_on(const fs::path& out) {
@@ -91,19 +57,18 @@ void write_timing(const fs::path& out, const RowIndex& rows, std::size_t cells) 
       by_cell[key.cell].push_back(seconds);
       total += seconds;
     }
-  if (total == 0) return;  // an earlier start wrote it
-  Json list = Json::array();
-  for (std::vector<double>& seconds : by_cell) {
-    std::sort(seconds.begin(), seconds.end());
-    list.push_back({{"rows", seconds.size()},
-                    {"median_s", seconds.empty() ? Json() : Json(quantile(seconds, 0.5))},
-                    {"largest_s", seconds.empty() ? Json() : Json(seconds.back())}});
-  }
-  write_json(out / "timing.json", {{"schema", "wheelhop.timing/2"}, {"rows_s", total}, {"cells", std::move(list)}});
-  for (const auto& entry : fs::directory_iterator(out)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with("timing") && name.ends_with(".jsonl")) fs::remove(entry.path());
-  }
+  const std::vector<fs::path> parts = row_files(out, "timing");
+  if (total > 0) {
+    Json list = Json::array();
+    for (std::vector<double>& seconds : by_cell) {
+      std::sort(seconds.begin(), seconds.end());
+      list.push_back({{"rows", seconds.size()},
+                      {"median_s", seconds.empty() ? Json() : Json(quantile(seconds, 0.5))},
+                      {"largest_s", seconds.empty() ? Json() : Json(seconds.back())}});
+    }
+    write_json(out / "timing.json", {{"schema", "wheelhop.timing/2"}, {"rows_s", total}, {"cells", std::move(list)}});
+  }  // else an earlier start wrote it
+  for (const fs::path& part : parts) fs::remove(part);
 }
 
 int dry_run(const Grid& grid, const SweepRequest& request) {
@@ -133,36 +98,29 @@ int dry_run(const Grid& grid, const SweepRequest& request) {
 }
 
 int recompute(const SweepRequest& request) {
-  const fs::path file = request.out / "sweep.json";
-  const Json own = parse_json(read_file(file), file.string());
-  const Grid grid = read_grid(own.at("config"), file.string());
+  const SweepFolder folder = read_folder(request.out);
+  const Grid& grid = folder.grid;
   std::string before;
   RowKey key;
-  for (const auto& entry : fs::directory_iterator(request.out)) {
-    const std::string name = entry.path().filename().string();
-    if (!name.starts_with("rows") || !name.ends_with(".jsonl")) continue;
-    for_each_line(entry.path(), [&](const std::string& line, std::size_t) {
-      if (line.find(request.recompute) == std::string::npos) return;
-      const Json row = Json::parse(line, nullptr, false);
-      if (!row.is_object() || row.value("config_hash", "") != request.recompute) return;
-      before = line;
-      key = {row.at("cell").get<std::size_t>(), row.at("realisation").get<Index>()};
+  {
+    const FileLock still = hold_rows(request.out);
+    const RowIndex rows(request.out, [&](const Json& row) { return is_row_of(grid, row); });
+    rows.for_each([&](const RowKey& one, const std::string& line) {
+      if (row_hash(grid, one.cell, one.realisation) == request.recompute) std::tie(key, before) = std::pair(one, line);
     });
   }
   if (before.empty())
-    throw UserError(fmt::format("{}: no row has the config_hash {}", request.out.string(), request.recompute));
-  if (key.cell >= grid.cells.size() || row_hash(grid, key.cell, key.realisation) != request.recompute)
-    throw UserError(fmt::format("{}: its config does not give the row {} again", file.string(), request.recompute));
+    throw UserError(
+        fmt::format("{}: no row of its grid has the config_hash {}", request.out.string(), request.recompute));
   const std::string again = compute_row(grid, key.cell, key.realisation).dump();
   const bool same = again == before;
-  const bool same_build = own.at("provenance") == provenance();
+  const bool same_build = folder.provenance == provenance();
   fmt::print("cell {}, realisation {}: {}{}\n", key.cell, key.realisation,
              same ? "the same bytes" : "other bytes than before",
              same_build ? "" : " (the folder was made by another build)");
   if (!same) {
-    std::vector<std::string> differences;
-    list_differences(parse_json(before, "row"), parse_json(again, "row"), "row", differences);
-    fmt::print("  {}\n", fmt::join(differences, "\n  "));
+    fmt::print("  {}\n",
+               fmt::join(list_differences(parse_json(before, "row"), parse_json(again, "row"), "row"), "\n  "));
   }
   return same ? 0 : 1;
 }
@@ -173,13 +131,7 @@ std::function<std::string(const RowKey&)> row_maker(const Grid& grid) {
 
 /// Rank 0, or the only process.
 int lead(const SweepRequest& request, const Grid& grid, Shard shard, Ranks& ranks) {
-  const Index most = grid.until ? grid.until->at_most : grid.realisations;
-  RowStore store(request.out, shard, [&](const Json& row) {
-    const auto cell = row["cell"].get<std::size_t>();
-    const auto realisation = row["realisation"].get<Index>();
-    return cell < grid.cells.size() && realisation < most &&
-           row.value("config_hash", "") == row_hash(grid, cell, realisation);
-  });
+  RowStore store(request.out, shard, [&](const Json& row) { return is_row_of(grid, row); });
   const JobOptions options{request.jobs, "sweep", go_on(request.out), request.quiet};
   Index realisations = grid.realisations;
   Json claims;
@@ -193,7 +145,7 @@ int lead(const SweepRequest& request, const Grid& grid, Shard shard, Ranks& rank
     if (!request.quiet)
       fmt::print(stderr, "{} realisations: {} of {} claims decided\n", realisations,
                  static_cast<Index>(claims.size()) - open, claims.size());
-    more = open > 0 && realisations < grid.until->at_most;
+    more = (open > 0 || claims.empty()) && realisations < grid.until->at_most;
     if (more) realisations = std::min(realisations + grid.until->batch, grid.until->at_most);
   }
   const std::size_t total = grid.cells.size() * static_cast<std::size_t>(realisations);
@@ -219,13 +171,21 @@ int lead(const SweepRequest& request, const Grid& grid, Shard shard, Ranks& rank
   return 0;
 }
 
-int sweep_over(Ranks& ranks, const SweepRequest& request) {
-  if (!ranks.first()) {
-    if (!ranks.agree(true)) return 2;  // rank 0 said why
+/// Every other rank.
+int follow(Ranks& ranks, const SweepRequest& request) {
+  if (!ranks.agree(true)) return 2;  // rank 0 said why
+  try {
     const Grid grid = read_grid(request.config);
     serve_rows(ranks, row_maker(grid));
     return 0;
+  } catch (const std::exception& error) {  // rank 0 would wait for ever
+    fmt::print(stderr, "wheelhop: rank {}: {}; {}\n", ranks.rank(), error.what(), go_on(request.out));
+    ranks.abort(2);
   }
+}
+
+int sweep_over(Ranks& ranks, const SweepRequest& request) {
+  if (!ranks.first()) return follow(ranks, request);
   bool agreed = false;
   try {
     const Shard shard = read_shard(request.shard);

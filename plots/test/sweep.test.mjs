@@ -56,6 +56,16 @@ test('the page holds every cell and number of the table, and no text of it can e
     assert.doesNotMatch(html, /https?:\/\/(?!www\.w3\.org)/);
   }));
 
+test('axes that vary together are told to the page', () => {
+  const data = tableData();
+  data.grid.axes[0].zip = data.grid.axes[1].zip = 1;
+  on(data, (run, page) => {
+    assert.equal(run.status, 0, run.stderr);
+    const json = page().match(/<script type="application\/json" id="sweep">([^<]*)<\/script>/);
+    assert.deepEqual(JSON.parse(json[1]).zips, [1, 1]);
+  });
+});
+
 test('the code of the page is a valid script', () =>
   on(tableData(), (run, page) => {
     const code = page().match(/<script>\n([\s\S]*?)<\/script>/)[1];

@@ -132,6 +132,17 @@ TEST_CASE("shards in any order, and ranks of an MPI job, give the bytes of one p
   REQUIRE(state == 0);
   for (const char* file : {"rows.jsonl", "table.json"})
     CHECK(read_file(folder / "ranks" / file) == read_file(folder / "one" / file));
+  // A rank that cannot go on, here because it does not see the config, ends the others with a message.
+  const std::string broken =
+      "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 timeout 60 mpirun --oversubscribe -n 1 "
+      "'" WHEELHOP_PROGRAM "' sweep " +
+      (folder / "sweep.json").string() + " --quiet --out " + (folder / "broken").string() +
+      " : -n 1 '" WHEELHOP_PROGRAM "' sweep nowhere.json --quiet --out " + (folder / "broken").string() + " >" +
+      (folder / "said").string() + " 2>&1";
+  const int broken_state = std::system(broken.c_str());
+  CHECK(WEXITSTATUS(broken_state) != 0);
+  CHECK(WEXITSTATUS(broken_state) != 124);  // the time limit
+  CHECK_THAT(read_file(folder / "said"), Contains("rank 1") && Contains("nowhere.json"));
 #else
   CHECK(state != 0);  // two processes that do not know of one another must not both write
   CHECK_FALSE(std::filesystem::exists(folder / "ranks/rows.jsonl"));
@@ -263,6 +274,56 @@ TEST_CASE("axes: ranges, zips, presets, parameters of the plant, outputs and rul
   CHECK(count == 8);
 }
 
+TEST_CASE("axes of a zip are one axis to a comparison: partners of the compared one are neither pooled nor asked for") {
+  const Folder folder;
+  prepare(folder);
+  Json config = small_sweep();
+  config["realisations"] = 6;
+  config["axes"][0]["values"] = {40};
+  config["axes"][1] = Json::parse(R"({"zip": [
+    {"name": "subspace.name", "values": ["pi_moesp", "cva"]},
+    {"name": "subspace.block_rows", "values": [20, 22]}]})");
+  const Said said = sweep(folder, config, "out");
+  INFO(said.err);
+  REQUIRE(said.status == 0);
+  const Json table = parse_json(read_file(folder / "out/table.json"), "table.json");
+  CHECK(table.at("grid").at("axes").at(1).at("zip") == table.at("grid").at("axes").at(2).at("zip"));
+  CHECK_FALSE(table.at("grid").at("axes").at(0).contains("zip"));
+  for (const Json& one : table.at("comparison").at("comparisons")) {
+    REQUIRE(one.at("pairs").size() == 1);
+    CHECK(one.at("pairs").at(0).at("n") == 6);
+    CHECK(one.at("blocks") == 6);
+  }
+  const std::string out = (folder / "out").string();
+  const Said compared = run_program("compare " + out + " --over subspace.name");
+  CHECK(compared.status == 0);
+  CHECK_THAT(compared.out, Contains("of 6 pairs") || Contains("not told apart") || Contains("equivalent"));
+  const Said refused = run_program("compare " + out + " --over subspace.name --by subspace.block_rows");
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Contains("varies together"));
+}
+
+TEST_CASE("fewer than six realisations tell no methods apart, and pooled cells do not add to them") {
+  const Folder folder;
+  prepare(folder);
+  Json config = small_sweep();
+  config["realisations"] = 5;
+  config["axes"][1]["values"].push_back(
+      Json::parse(R"({"label": "again", "set": {"subspace": {"name": "pi_moesp", "block_rows": 20}}})"));
+  REQUIRE(sweep(folder, config, "out").status == 0);
+  for (const char* by : {"", " --by snr_db"}) {
+    const Said said = run_program("compare " + (folder / "out").string() + " --over method" + by);
+    REQUIRE(said.status == 0);
+    CHECK_THAT(said.out, Contains("5 realisations are too few"));
+    const Json compared = parse_json(read_file(folder / "out/compare.json"), "compare.json");
+    for (const Json& one : compared.at("comparisons"))
+      for (const Json& pair : one.at("pairs")) {
+        CHECK(pair.at("verdict") == "too_few");
+        CHECK(pair.at("n") == 5);
+      }
+  }
+}
+
 TEST_CASE("realisations are added until the claims are decided, the same way after a stop") {
   const Folder folder;
   prepare(folder);
@@ -285,6 +346,34 @@ TEST_CASE("realisations are added until the claims are decided, the same way aft
               "timeout -s KILL 0.3");
   REQUIRE(sweep(folder, config, "two").status == 1);
   CHECK(read_file(folder / "one/table.json") == read_file(folder / "two/table.json"));
+}
+
+TEST_CASE("as long as no row has a value nothing is decided, and realisations are added up to the limit") {
+  const Folder folder;
+  prepare(folder);
+  Json config = small_sweep();
+  config["axes"][0]["values"] = {40};
+  for (Json& method : config["axes"][1]["values"]) method["set"]["subspace"]["block_rows"] = 400;
+  config["until"] = {{"over", "method"}, {"at_most", 7}, {"batch", 3}};
+  REQUIRE(sweep(folder, config, "out").status == 1);
+  const Json table = parse_json(read_file(folder / "out/table.json"), "table.json");
+  CHECK(table.at("until").at("realisations") == 7);
+  CHECK(table.at("until").at("claims").empty());
+  CHECK(table.at("comparison").is_null());
+}
+
+TEST_CASE("a folder whose description is missing or another's is refused by name") {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "out");
+  for (const char* content : {"", "{}", "[1]", R"({"schema": "wheelhop.sweep/2"})", R"({"schema": 3, "config": {}})"}) {
+    if (*content != '\0') write_file(folder / "out/sweep.json", content);
+    for (const char* command : {"compare %s --over method", "sweep --recompute 0123456789abcdef --out %s"}) {
+      std::string line = command;
+      const Said refused = run_program(line.replace(line.find("%s"), 2, (folder / "out").string()));
+      CHECK(refused.status == 2);
+      CHECK_THAT(refused.err, Contains("sweep.json"));
+    }
+  }
 }
 
 TEST_CASE("compare says which method is better, by how much, and counts ties and failures") {
@@ -376,6 +465,16 @@ TEST_CASE("a bad sweep is refused with file and path before anything is computed
   CHECK_THAT(refused([](Json& c) { c["exclude"] = {{{"snr", 40}}}; }), Contains("snr_db, method"));
   CHECK_THAT(refused([](Json& c) { c["exclude"] = {{{"snr_db", {40, 20}}}}; }), Contains("$.exclude"));
   CHECK_THAT(refused([](Json& c) { c["until"] = {{"over", "speed"}, {"at_most", 30}}; }), Contains("$.until.over"));
+  CHECK_THAT(refused([](Json& c) {
+               c["axes"][0]["values"] = {40};
+               c["until"] = {{"over", "snr_db"}, {"at_most", 30}};
+             }),
+             Contains("$.until.over") && Contains("two values"));
+  CHECK_THAT(refused([](Json& c) {
+               c["axes"][0] = {{"name", "snr_db"}, {"from", 40}, {"to", 40}, {"count", 3}};
+             }),
+             Contains("$.axes[0].to") && Contains("stands twice"));
+  CHECK_THAT(refused([](Json& c) { c["axes"][1]["name"] = "spectral_radius"; }), Contains("$.axes[1].name"));
   CHECK_THAT(refused([](Json& c) {
                c["axes"][0] = {{"name", "plant_parameters.tyre.mass_kg"}, {"values", {1}}};
              }),

@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "core/base/random.hpp"
+#include "experiments/compare/pairing.hpp"
+#include "experiments/run/statistics.hpp"
 
 using namespace wheelhop;
 
@@ -174,6 +176,76 @@ TEST_CASE("performance profiles are those of Siqueira et al. 2016 (perprof-py) o
     CHECK(performance_profile(a, tau[i]) == Approx(of_a[i]));
     CHECK(performance_profile(b, tau[i]) == Approx(of_b[i]));
   }
+}
+
+TEST_CASE("quantiles change sign and side with their values, infinite ones too") {
+  const double infinity = std::numeric_limits<double>::infinity();
+  Random random = numbers(7);
+  for (int trial = 0; trial < 200; ++trial) {
+    std::vector<double> values, negative;
+    for (Index i = 1 + random.integer(6); i > 0; --i) {
+      const double u = random.uniform();
+      values.push_back(u < 0.2 ? -infinity : u > 0.8 ? infinity : random.normal());
+      negative.push_back(-values.back());
+    }
+    std::sort(values.begin(), values.end());
+    std::sort(negative.begin(), negative.end());
+    for (const double p : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+      const double q = quantile(values, p), mirrored = -quantile(negative, 1 - p);
+      CHECK_FALSE(std::isnan(q));
+      CHECK((q == mirrored || q == Approx(mirrored)));
+    }
+  }
+  CHECK(quantile({1, infinity}, 0.5) == infinity);
+  CHECK(quantile({-infinity, 1}, 0.5) == -infinity);
+  CHECK(quantile({-infinity, infinity}, 0.5) == 0);
+  CHECK(quantile({1, infinity}, 0.25) == 1);
+}
+
+TEST_CASE("a realisation is one observation, however many pooled cells it has") {
+  Random random = numbers(8);
+  const double missing = std::numeric_limits<double>::quiet_NaN(), failed = -std::numeric_limits<double>::infinity();
+  Pairing pairing{"linear_vaf_axle", Better::larger, Json::object(), {}};
+  for (Index r = 0; r < 7; ++r)
+    for (std::size_t cell = 0; cell < 5; ++cell) {
+      const double one = random.normal(), other = random.normal();
+      pairing.values[r][{cell}] = {one, other};
+    }
+  const std::vector<Difference> all = differences(pairing, 0, 1);
+  REQUIRE(all.size() == 7);
+  for (const Difference& one : all) {
+    std::vector<double> own;
+    for (const auto& [cell, row] : pairing.values[one.realisation]) own.push_back(row[0] - row[1]);
+    CHECK(one.value == median(own));
+  }
+  const Matrix blocks = blocks_by_realisation(pairing, 2);
+  CHECK(blocks.rows() == 7);
+  CHECK(blocks_by_cell(pairing, 2).rows() == 35);
+  // Copies of a cell add nothing.
+  Pairing copied = pairing;
+  for (auto& [realisation, cells] : copied.values)
+    for (std::size_t cell = 0; cell < 5; ++cell) cells[{cell + 5}] = cells[{cell}];
+  for (std::size_t i = 0; i < 7; ++i) CHECK(differences(copied, 0, 1)[i].value == all[i].value);
+  CHECK(blocks_by_realisation(copied, 2) == blocks);
+  // Missing rows leave their cell out; two rows without a value do not differ.
+  pairing.values[0] = {{{0}, {missing, 1}}, {{1}, {failed, failed}}, {{2}, {failed, 2}}};
+  CHECK(differences(pairing, 0, 1).front().value == failed);
+  pairing.values[0] = {{{1}, {failed, failed}}};
+  CHECK(differences(pairing, 0, 1).front().value == 0);
+  pairing.values[0] = {{{0}, {missing, 1}}};
+  CHECK(differences(pairing, 0, 1).front().realisation == 1);
+  CHECK(blocks_by_realisation(pairing, 2).rows() == 6);
+  // Smaller is better: the same numbers give the opposite sign.
+  Pairing smaller = pairing;
+  smaller.way = Better::smaller;
+  CHECK(differences(smaller, 0, 1).front().value == -differences(pairing, 0, 1).front().value);
+  CHECK(blocks_by_realisation(smaller, 2) == -blocks_by_realisation(pairing, 2));
+}
+
+TEST_CASE("the range of n values holds their distribution's median with probability 1 - 2^(1-n)") {
+  CHECK(coverage_of_range(1) == 0);
+  CHECK(coverage_of_range(5) < 0.95);
+  CHECK(coverage_of_range(6) == 1 - 1.0 / 32);
 }
 
 TEST_CASE("the bootstrap of the median has the distribution of resampled medians") {

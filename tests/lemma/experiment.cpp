@@ -4,6 +4,8 @@
 
 #include "core/base/files.hpp"
 #include "experiments/experiment/records.hpp"
+#include "experiments/sweep/cell.hpp"
+#include "experiments/sweep/folder.hpp"
 
 using namespace wheelhop;
 
@@ -80,4 +82,34 @@ TEST_CASE("drawn plants differ from one realisation to the next, by their tolera
   }
   const double variance = squares / static_cast<double>(count);
   CHECK(std::abs(variance - 1) < 4 * std::sqrt(2 / static_cast<double>(count)));
+}
+
+TEST_CASE("under every measure a row holds its axes and columns that no axis may be called") {
+  for (const char* measure : {"linear", "inversion", "nonlinear", "refined", "solver"}) {
+    Json config = {{"base", short_config()}, {"measure", measure}, {"realisations", 1}, {"evaluations", 5}};
+    config["base"]["plant"] = WHEELHOP_SOURCE "/experiments/configs/paper_plant.json";
+    config["base"]["estimation_s"] = 5;
+    config["base"]["pipeline"]["passes"] = 1;
+    config["base"]["pipeline"]["refine_iterations"] = 2;
+    config["axes"] = Json::parse(R"([{"name": "snr_db", "values": [40]}])");
+    const Grid grid = read_grid(config, "test.json");
+    const Json row = compute_row(grid, 0, 0);
+    INFO(row.dump());
+    CHECK(row["status"] == "ok");
+    CHECK(row.size() > 15);
+    for (const auto& [name, value] : row.items()) CHECK((is_row_column(name) || grid.axis_called(name) >= 0));
+    CHECK(is_row_of(grid, row));
+    for (const char* spoilt : {"config_hash", "status", "message"})
+      for (const Json& value : {Json(), Json(1), Json(Json::object())}) {
+        Json other = row;
+        other[spoilt] = value;
+        CHECK_FALSE(is_row_of(grid, other));
+      }
+    Json other = row;
+    other["cell"] = 1;
+    CHECK_FALSE(is_row_of(grid, other));
+    other = row;
+    other["realisation"] = 1;
+    CHECK_FALSE(is_row_of(grid, other));
+  }
 }

@@ -1,7 +1,12 @@
 // What long commands owe: whole lines through every end, one writer, each job once, errors that come out.
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <set>
+#include <thread>
 
 #include "core/base/files.hpp"
 #include "core/base/status.hpp"
@@ -67,6 +72,64 @@ TEST_CASE("rows: kept over processes and shards, sorted and each once after the 
   CHECK(all.seconds().at({0, 1}) == 2);
 }
 
+TEST_CASE("a journal that could not take a line, nor cut off its part, takes no other") {
+  if (!std::filesystem::exists("/dev/full")) {
+    WARN("no /dev/full here: a full disk is not tested");
+    return;
+  }
+  Journal journal("/dev/full");
+  for (int attempt = 0; attempt < 2; ++attempt)
+    CHECK_THROWS_WITH(journal.append("a line"), Contains("/dev/full") && Contains("start again"));
+}
+
+TEST_CASE("who starts while rows are merged waits, and finds all of them in the merged file") {
+  const Folder folder;
+  RowStore store(folder.path(), {1, 2}, any);
+  store.add({1, 0}, line_of(1, 0), 1);
+  store.add({0, 0}, line_of(0, 0), 1);
+  std::atomic<bool> opened = false;
+  std::thread other;
+  CHECK(store.merge(2, [&] {
+    other = std::thread([&] {
+      const RowStore late(folder.path(), {}, any);
+      opened = true;
+      CHECK(late.size() == 2);
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    CHECK_FALSE(opened);
+  }));
+  other.join();
+  CHECK(opened);
+}
+
+TEST_CASE("files of users that look like those of shards are neither read nor taken away") {
+  const Folder folder;
+  const std::string name = "rows.best-of-all.jsonl";
+  std::ofstream(folder / name) << line_of(0, 0) << "\n";
+  RowStore store(folder.path(), {}, any);
+  CHECK(store.size() == 0);
+  store.add({0, 0}, line_of(0, 0), 1);
+  CHECK(store.merge(1, [] {}));
+  CHECK(std::filesystem::exists(folder / name));
+}
+
+TEST_CASE("more shards than a process may have open files are read and merged") {
+  const Folder folder;
+  const Index shards = 300;
+  for (Index i = 1; i <= shards; ++i)
+    std::ofstream(folder / fmt::format("rows.{}-of-{}.jsonl", i, shards))
+        << line_of(static_cast<std::size_t>(i), 0) << "\n";
+  rlimit before = {}, few = {};
+  REQUIRE(::getrlimit(RLIMIT_NOFILE, &before) == 0);
+  few = before;
+  few.rlim_cur = 200;
+  REQUIRE(::setrlimit(RLIMIT_NOFILE, &few) == 0);
+  RowStore store(folder.path(), {}, any);
+  CHECK(store.merge(static_cast<std::size_t>(shards), [] {}));
+  ::setrlimit(RLIMIT_NOFILE, &before);
+  CHECK(row_files(folder.path(), "rows").size() == 1);
+}
+
 TEST_CASE("lines that are no rows are passed over: text, other JSON, keys that are no whole numbers") {
   const Folder folder;
   std::ofstream(folder / "rows.jsonl") << "words\n[1]\n{}\n"
@@ -99,6 +162,26 @@ TEST_CASE("run_jobs does every job once, results one at a time, whatever the num
     CHECK(done.size() == 100);
     for (std::size_t i = 0; i < 100; ++i) CHECK(done.count(i) == 1);
   }
+}
+
+TEST_CASE("what is done meanwhile is done while jobs run, and ends the loop by what it throws") {
+  std::atomic<int> calls = 0;
+  JobOptions options{1, "test", "", true};
+  options.meanwhile = [&] { ++calls; };
+  run_jobs(1, options, [&](std::size_t) -> std::function<void()> {
+    while (calls < 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return {};
+  });
+  options.meanwhile = [] { throw UserError("no"); };
+  std::size_t started = 0;
+  CHECK_THROWS_AS(run_jobs(1000, options,
+                           [&](std::size_t) -> std::function<void()> {
+                             ++started;
+                             std::this_thread::sleep_for(std::chrono::milliseconds(20));
+                             return {};
+                           }),
+                  UserError);
+  CHECK(started < 1000);
 }
 
 TEST_CASE("what a job or its continuation throws ends the loop and comes out") {
