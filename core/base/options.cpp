@@ -28,13 +28,34 @@ std::string OptionLister::text(Range range) {
   return "any";
 }
 
+std::string OptionLister::text(const Choices& choices) {
+  if (choices.names.empty()) return "any text";
+  std::string all;
+  for (const std::string& choice : choices.names) all += (all.empty() ? "" : " | ") + choice;
+  return all;
+}
+
 void OptionLister::operator()(const char* name, std::string& field, const Choices& choices, const char* meaning) {
-  std::string range = "any text";
-  if (!choices.names.empty()) {
-    range.clear();
-    for (const std::string& choice : choices.names) range += (range.empty() ? "" : " | ") + choice;
-  }
-  out.push_back({name, field, "-", range, meaning});
+  out.push_back({name, field.empty() ? "required" : field, "-", text(choices), meaning});
+}
+
+void OptionReader::operator()(const char* name, std::vector<std::string>& field, const Choices& choices, const char*) {
+  const auto member = cursor.find(name);
+  if (!member) return;
+  field.clear();
+  for (const JsonCursor& item : member->items())
+    field.push_back(choices.names.empty() ? item.string() : item.one_of(choices.names));
+  if (field.empty()) member->fail("a list of at least one of: " + OptionLister::text(choices));
+}
+
+void OptionReader::operator()(const char* name, std::pair<double, double>& field, Range range, const char*,
+                              const char*) {
+  const auto member = cursor.find(name);
+  if (!member) return;
+  const std::vector<JsonCursor> ends = member->items();
+  if (ends.size() != 2) member->fail("[low, high]");
+  field = {ends[0].number(range), ends[1].number(range)};
+  if (field.first > field.second) member->fail("[low, high] with low <= high");
 }
 
 }  // namespace wheelhop::detail

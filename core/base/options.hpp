@@ -2,12 +2,14 @@
 /// One JSON object <-> one options struct. A struct lists its fields once, in
 /// `template <class V> void fields(V&& visit)`, as `visit(name, field, Range{...}, unit, meaning)`; reading, writing,
 /// range check and help all come from that list. Field types: double, std::optional<double> (null: none), Index,
-/// bool, std::string.
+/// bool, std::string, std::vector<std::string>, std::pair<double, double> (an interval [low, high]).
 /// A string field has a list of choices: `visit(name, field, Choices{...}, meaning)`; an empty list admits any string.
+/// A list of strings has one as well, for each of its members, of which there is at least one.
 #pragma once
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/json.hpp"
@@ -50,6 +52,8 @@ struct OptionReader {
     if (auto member = cursor.find(name))
       field = choices.names.empty() ? member->string() : member->one_of(choices.names);
   }
+  void operator()(const char* name, std::vector<std::string>& field, const Choices& choices, const char*);
+  void operator()(const char* name, std::pair<double, double>& field, Range range, const char*, const char*);
 };
 
 struct OptionWriter {
@@ -61,11 +65,16 @@ struct OptionWriter {
   void operator()(const char* name, Index& field, Range, const char*, const char*) { out[name] = field; }
   void operator()(const char* name, bool& field, const char*) { out[name] = field; }
   void operator()(const char* name, std::string& field, const Choices&, const char*) { out[name] = field; }
+  void operator()(const char* name, std::vector<std::string>& field, const Choices&, const char*) { out[name] = field; }
+  void operator()(const char* name, std::pair<double, double>& field, Range, const char*, const char*) {
+    out[name] = {field.first, field.second};
+  }
 };
 
 struct OptionLister {
   std::vector<OptionInfo> out;
   static std::string text(Range range);
+  static std::string text(const Choices& choices);
   void operator()(const char* name, double& field, Range range, const char* unit, const char* meaning) {
     out.push_back({name, field, unit, text(range), meaning});
   }
@@ -79,6 +88,13 @@ struct OptionLister {
     out.push_back({name, field, "-", "true or false", meaning});
   }
   void operator()(const char* name, std::string& field, const Choices& choices, const char* meaning);
+  void operator()(const char* name, std::vector<std::string>& field, const Choices& choices, const char* meaning) {
+    out.push_back({name, field, "-", "list of " + text(choices), meaning});
+  }
+  void operator()(const char* name, std::pair<double, double>& field, Range range, const char* unit,
+                  const char* meaning) {
+    out.push_back({name, {field.first, field.second}, unit, "[low, high] in " + text(range), meaning});
+  }
 };
 
 }  // namespace detail

@@ -1,9 +1,8 @@
 #include "core/gap/placebo.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/data/spectra.hpp"
 #include "core/gap/profile.hpp"
@@ -61,8 +60,7 @@ RecordSet simulated_records(const Plant& plant, const RecordSet& set, const Nois
 }
 
 Placebo placebo(const Diagnosis& diagnosis, const RecordSet& set, Index runs, std::uint64_t seed,
-                const std::function<Diagnosis(const RecordSet&)>& repeat,
-                const std::function<void(const std::string&)>& step) {
+                const std::function<Diagnosis(const RecordSet&)>& repeat, const ForAll& for_all) {
   Placebo result;
   switch (diagnosis.outcome) {
     case GapOutcome::located_not_in_catalogue:
@@ -70,19 +68,21 @@ Placebo placebo(const Diagnosis& diagnosis, const RecordSet& set, Index runs, st
     case GapOutcome::insufficient: result.why_not = "there is no answer to simulate"; return result;
     default: break;
   }
-  for (Index run = 0; run < runs; ++run) {
+  std::vector<std::optional<std::vector<std::string>>> named(static_cast<std::size_t>(runs));
+  for_all(runs, [&](Index run) {
     Random random(seed, Stream::noise, static_cast<std::uint64_t>(run));
     const RecordSet simulated = simulated_records(diagnosis.plant, set, diagnosis.floor, random);
-    if (simulated.records.empty()) {
+    if (!simulated.records.empty()) named[static_cast<std::size_t>(run)] = repeat(simulated).named;
+  });
+  for (const auto& again : named) {
+    if (!again) {
       result.why_not = "the plant with the answer cannot follow the drives from rest";
       return result;
     }
-    if (step) step(fmt::format("placebo {} of {}", run + 1, runs));
-    const Diagnosis again = repeat(simulated);
     ++result.runs;
-    if (in_order(again.named) == in_order(diagnosis.named)) ++result.same;
-    if (again.named.empty()) ++result.names["none"];
-    for (const std::string& name : again.named) ++result.names[name];
+    if (in_order(*again) == in_order(diagnosis.named)) ++result.same;
+    if (again->empty()) ++result.names["none"];
+    for (const std::string& name : *again) ++result.names[name];
   }
   return result;
 }

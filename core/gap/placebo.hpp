@@ -25,13 +25,15 @@ struct Placebo {
   std::map<std::string, Index> names;  ///< how many runs name it; "none" where a run names nothing
 };
 
+/// Calls work(i) for every i in [0, count), in any order, also several at once.
+using ForAll = std::function<void(Index count, const std::function<void(Index)>& work)>;
+
 /// Simulates the records from the answer's plant, again and again with other noise, and diagnoses them. For an answer
 /// of no gap the runs that name something are false alarms. What no catalogue holds cannot be simulated.
-/// @param repeat diagnoses a set, as the diagnosis itself was made   @param seed same seed, same runs
-/// @param step called before every run, for a progress line; may be empty
+/// @param repeat diagnoses a set, as the diagnosis itself was made   @param seed same seed, same runs, whatever for_all
+/// does   @param for_all the loop over the runs
 /// Cost: `runs` diagnoses.
 Placebo placebo(const Diagnosis& diagnosis, const RecordSet& set, Index runs, std::uint64_t seed,
-                const std::function<Diagnosis(const RecordSet&)>& repeat,
-                const std::function<void(const std::string&)>& step);
+                const std::function<Diagnosis(const RecordSet&)>& repeat, const ForAll& for_all);
 
 }  // namespace wheelhop

@@ -10,6 +10,7 @@
 #include "experiments/diagnose/json.hpp"
 #include "experiments/diagnose/report.hpp"
 #include "experiments/report/render.hpp"
+#include "experiments/run/jobs.hpp"
 #include "variants/nonlinearity/mlp.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
 #include "variants/solver/secant_levenberg_marquardt.hpp"
@@ -106,9 +107,17 @@ int run_diagnose(const DiagnoseRequest& request) {
   const std::filesystem::path corrected = write_diagnosis(plant, diagnosis, &examination, request.out);
   Placebo again;
   if (request.placebo > 0) {
+    const JobOptions jobs{0, "placebo", fmt::format("the diagnosis without its placebo is in {}", request.out.string()),
+                          request.quiet};
     again = placebo(
         diagnosis, set, request.placebo, kPlaceboSeed,
-        [&](const RecordSet& simulated) { return diagnose_records(plant, simulated, effect_candidates); }, step);
+        [&](const RecordSet& simulated) { return diagnose_records(plant, simulated, effect_candidates); },
+        [&](Index count, const std::function<void(Index)>& work) {
+          run_jobs(static_cast<std::size_t>(count), jobs, [&](std::size_t i) -> std::function<void()> {
+            work(static_cast<Index>(i));
+            return {};
+          });
+        });
     write_diagnosis(plant, diagnosis, &examination, request.out, {{"placebo", placebo_json(again)}});
   }
   print(diagnosis, request.placebo > 0 ? &again : nullptr);

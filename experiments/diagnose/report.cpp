@@ -110,14 +110,14 @@ Json medians_json(const Vector& x, const Vector& y) {
   return out;
 }
 
-struct Axis {
+struct FigureAxis {
   std::string name, unit;
   Vector values;
 };
 
 /// What an unknown signal is drawn over: travel and rate of its element (of the first at a mass or drive), or the
 /// simulated reading of its sensor.
-std::vector<Axis> axes_of(const Plant& plant, const Examination& examination) {
+std::vector<FigureAxis> axes_of(const Plant& plant, const Examination& examination) {
   const std::string& place = examination.unknown.location;
   for (Index c = 0; c < plant.sensor_count(); ++c) {
     const Sensor& sensor = plant.sensors[static_cast<std::size_t>(c)];
@@ -155,7 +155,7 @@ Json unknown_json(const Plant& plant, const Examination& examination) {
   Json out = {{"location", unknown.location},   {"unit", unknown.unit},       {"rms", unknown.rms},
               {"noise_rms", unknown.noise_rms}, {"band_hz", unknown.band_hz}, {"value", thinned(value)},
               {"axes", Json::array()}};
-  for (const Axis& axis : axes_of(plant, examination)) {
+  for (const FigureAxis& axis : axes_of(plant, examination)) {
     const Vector x = axis.values.segment(skip + fade, used);
     out["axes"].push_back(
         {{"name", axis.name}, {"unit", axis.unit}, {"values", thinned(x)}, {"medians", medians_json(x, value)}});

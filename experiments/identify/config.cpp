@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "core/kernels/hankel.hpp"
 #include "core/plant/plant.hpp"
@@ -9,8 +8,6 @@
 
 namespace wheelhop {
 namespace {
-
-constexpr Index largest = std::numeric_limits<Index>::max();
 
 std::vector<Channel> read_channels(const JsonCursor& list, std::vector<std::string>& seen) {
   std::vector<Channel> channels;
@@ -86,12 +83,13 @@ void check_record(const std::filesystem::path& file, IdentifyConfig& config) {
   require_movement(signal.u, signal.inputs, "input", where);
   require_movement(signal.y, signal.outputs, "output", where);
   config.excitation_needed = needs.excitation;
-  config.excitation_found = persistency_of_excitation(signal.u, config.excitation_needed, config.excitation_tolerance);
+  config.excitation_found =
+      persistency_of_excitation(signal.u, config.excitation_needed, config.options.excitation_tolerance);
   if (config.excitation_found < config.excitation_needed)
     throw UserError(fmt::format(
         "{}: expected an input that is persistently exciting of order {} for {} ($.subspace; Sec. 2.7, assumption 1), "
         "found order {} at a relative singular value of {:g}; a sine has order 2, a sum of n sines 2 n",
-        where, config.excitation_needed, needs.because, config.excitation_found, config.excitation_tolerance));
+        where, config.excitation_needed, needs.because, config.excitation_found, config.options.excitation_tolerance));
 }
 
 void check_nonlinearities(const JsonCursor& cursor, const IdentifyConfig& config) {
@@ -115,12 +113,9 @@ Json effective(const IdentifyConfig& config) {
     for (const Channel& channel : list) out.push_back({{"name", channel.name}, {"unit", channel.unit}});
     return out;
   };
-  Json out = {{"inputs", channels(config.inputs)},
-              {"outputs", channels(config.outputs)},
-              {"seed", config.seed},
-              {"record", config.record_index},
-              {"initial_state_samples", config.initial_state_samples},
-              {"excitation_tolerance", config.excitation_tolerance}};
+  Json out = {
+      {"inputs", channels(config.inputs)}, {"outputs", channels(config.outputs)}, {"record", config.record_index}};
+  out.update(write_options(config.options));
   out.update(config.pieces.config());
   out["pipeline"] = write_options(config.pipeline);
   return out;
@@ -132,10 +127,7 @@ IdentifyConfig read_identify_config(const std::filesystem::path& file, const std
   const JsonCursor cursor = JsonCursor::load(file);
   IdentifyConfig config;
   read_all_channels(cursor, config);
-  config.seed = cursor.integer("seed", config.seed, 0, largest);
-  config.initial_state_samples = cursor.integer("initial_state_samples", config.initial_state_samples, 1, largest);
-  config.excitation_tolerance =
-      cursor.number("excitation_tolerance", config.excitation_tolerance, {.low = 0, .high = 1});
+  config.options = read_options<IdentifyOptions>(cursor);
   config.pieces = read_pieces(cursor);
   if (const auto order = cursor.find("order")) config.pipeline.order = order->integer(0, 100);
   const Index order = config.pipeline.order;

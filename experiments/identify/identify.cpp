@@ -73,12 +73,12 @@ RecordScore score_record(const IdentifyConfig& config, const PipelineResult& res
   score.role = record.role;
   score.first = record.first;
   score.samples = signal.samples();
-  score.linear_vaf =
-      run_and_score(without_map(result.linear.model), result.scaling, signal, signal.y, config.initial_state_samples)
-          .vaf;
+  score.linear_vaf = run_and_score(without_map(result.linear.model), result.scaling, signal, signal.y,
+                                   config.options.initial_state_samples)
+                         .vaf;
   const bool trained = static_cast<Index>(index) == config.record_index;
-  const FreeRun run =
-      free_run(model, signal.u, trained ? model.x0 : initial_state(model, signal, config.initial_state_samples));
+  const FreeRun run = free_run(model, signal.u,
+                               trained ? model.x0 : initial_state(model, signal, config.options.initial_state_samples));
   score.status = run.status;
   if (run.status != Status::ok) {
     score.message =
@@ -157,7 +157,7 @@ int run_identify(const IdentifyRequest& request) {
   if (!request.quiet)
     std::fprintf(stderr, "identifying from %s: %td samples, %td input(s), %td output(s)\n", config.record.c_str(),
                  training.samples(), training.input_count(), training.output_count());
-  Random random(static_cast<std::uint64_t>(config.seed), Stream::initial_guess);
+  Random random(static_cast<std::uint64_t>(config.options.seed), Stream::initial_guess);
   const PipelineResult result =
       run_pipeline(training, config.pipeline, config.pieces.borrowed(config.pipeline), random);
   ModelFile model = make_file(config, result);

@@ -46,7 +46,7 @@ void print_identification(const IdentifyConfig& config, const PipelineResult& re
   print_steps(config, result);
   std::size_t width = 0;
   for (const RecordScore& score : scores) width = std::max(width, label(score).size());
-  fmt::print("\nfree run, initial state from the first {} samples\n", config.initial_state_samples);
+  fmt::print("\nfree run, initial state from the first {} samples\n", config.options.initial_state_samples);
   fmt::print("{:<{}} {:<11} {:<26} {:>10} {:>10} {:>15} {:>10}\n", "record", width, "role", "output", "linear VAF",
              "VAF %", "RMSE", "NRMSE");
   for (const RecordScore& score : scores) {

@@ -11,13 +11,26 @@
 
 namespace wheelhop {
 
-struct IdentifyConfig {
-  std::vector<Channel> inputs, outputs;
+/// Members of the config beside channels, record, pieces and pipeline.
+struct IdentifyOptions {
   Index seed = 1;
-  std::string record;  ///< file name of the estimation record
-  Index record_index = -1;
   Index initial_state_samples = 100;
   double excitation_tolerance = 1e-12;
+  template <class V>
+  void fields(V&& visit) {
+    visit("seed", seed, Range{0}, "-", "of the initial guesses");
+    visit("initial_state_samples", initial_state_samples, Range{1}, "-",
+          "of a validation record, from which the free run's initial state is estimated");
+    visit("excitation_tolerance", excitation_tolerance, Range{0, 1}, "-",
+          "singular value of the drive's block-Hankel matrix, relative to the largest, below which it counts as none");
+  }
+};
+
+struct IdentifyConfig {
+  std::vector<Channel> inputs, outputs;
+  IdentifyOptions options;
+  std::string record;  ///< file name of the estimation record
+  Index record_index = -1;
   PieceSet pieces;
   PipelineOptions pipeline;
   RecordSet set;

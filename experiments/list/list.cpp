@@ -9,6 +9,10 @@
 #include "core/plant/laws.hpp"
 #include "core/plant/road.hpp"
 #include "experiments/experiment/config.hpp"
+#include "experiments/generate/config.hpp"
+#include "experiments/identify/study.hpp"
+#include "experiments/rig/cases.hpp"
+#include "experiments/sweep/grid.hpp"
 #include "variants/table.hpp"
 
 namespace wheelhop {
@@ -56,6 +60,22 @@ std::vector<Family> everything() {
                                describe_options<DataOptions>()});
   experiment.pieces.push_back(
       {"departures", "this benchmark", "from the paper's experiment", "", describe_options<DepartureOptions>()});
+  experiment.pieces.push_back(
+      {"sweep", "this benchmark", "beside base, axes and exclude", "", describe_options<SweepOptions>()});
+  experiment.pieces.push_back({"until", "Ramdas, Grunwald, Vovk & Shafer 2023",
+                               "realisations added until claims are decided", "", describe_options<Until>()});
+  Family configs{"config", "members of the configs of other commands", {}};
+  configs.pieces.push_back(
+      {"generate", "this benchmark", "beside plant, hold_hz and records", "", describe_options<GenerateOptions>()});
+  configs.pieces.push_back(
+      {"generate: records", "this benchmark", "of each group, beside drive", "", describe_options<GroupOptions>()});
+  configs.pieces.push_back({"identify", "this benchmark",
+                            "beside plant or inputs and outputs, record, pieces and pipeline", "",
+                            describe_options<IdentifyOptions>()});
+  configs.pieces.push_back(
+      {"blind make", "this benchmark", "beside sets", "", describe_options<blind::CasesOptions>()});
+  configs.pieces.push_back({"blind make: sets", "this benchmark", "of each, beside plant and effects", "",
+                            describe_options<blind::SetOptions>()});
   Family laws{"law", "force of an element in a plant file", {}};
   for (const LawKind& law : law_table()) laws.pieces.push_back(law_piece(law));
   Family drives{"drive", "what moves an input in generate and reproduce", {}};
@@ -63,6 +83,7 @@ std::vector<Family> everything() {
     drives.pieces.push_back({entry.name, entry.source, "", "", entry.options});
   all.push_back(std::move(pipeline));
   all.push_back(std::move(experiment));
+  all.push_back(std::move(configs));
   all.push_back(std::move(laws));
   all.push_back(std::move(drives));
   return all;

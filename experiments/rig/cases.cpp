@@ -13,8 +13,7 @@ namespace {
 struct Set {
   CaseSpec common;
   std::vector<Wanted> effects;  ///< empty place: to be drawn
-  std::vector<std::string> strengths, drives, noises;
-  Index seeds = 1;
+  SetOptions options;
 };
 
 std::shared_ptr<const Plan> read_plant(const JsonCursor& cursor) {
@@ -24,27 +23,6 @@ std::shared_ptr<const Plan> read_plant(const JsonCursor& cursor) {
   const double ratio = plan->hold_hz / record_hz;
   if (ratio < 1 || ratio != std::round(ratio)) cursor.fail("a plant whose hold rate is a multiple of 200 Hz");
   return plan;
-}
-
-std::vector<std::string> names(const JsonCursor& set, const char* key, const std::vector<std::string>& known,
-                               std::vector<std::string> fallback) {
-  const auto list = set.find(key);
-  if (!list) return fallback;
-  std::vector<std::string> result;
-  for (const JsonCursor& item : list->items()) result.push_back(item.one_of(known));
-  if (result.empty()) list->fail("at least one of: " + join_names(known));
-  return result;
-}
-
-std::pair<double, double> interval(const JsonCursor& set, const char* key, std::pair<double, double> fallback,
-                                   Range range) {
-  const auto pair = set.find(key);
-  if (!pair) return fallback;
-  const std::vector<JsonCursor> ends = pair->items();
-  if (ends.size() != 2) pair->fail("[low, high]");
-  const double low = ends[0].number(range), high = ends[1].number(range);
-  if (low > high) pair->fail("[low, high] with low <= high");
-  return {low, high};
 }
 
 /// "ID", "ID@PLACE" or a form, all kinds that match.
@@ -89,23 +67,19 @@ std::vector<Wanted> read_effects(const JsonCursor& set, const CaseSpec& common) 
 }
 
 Set read_set(const JsonCursor& cursor, bool truth) {
+  for (const char* required : {"name", "class"}) cursor.at(required);
   Set set;
+  set.options = read_options<SetOptions>(cursor);
   CaseSpec& common = set.common;
   common.truth = truth;
-  common.set = cursor.at("name").string();
-  common.case_class = cursor.at("class").one_of({"single", "none", "parameter", "unknown", "double"});
+  common.set = set.options.name;
+  common.case_class = set.options.case_class;
   common.plan = read_plant(cursor.at("plant"));
   set.effects = read_effects(cursor, common);
-  set.strengths = names(cursor, "strengths", {"weak", "medium", "strong"}, {"weak", "medium", "strong"});
-  set.drives = names(cursor, "drives", drive_names(), {"multisine"});
-  set.noises = names(cursor, "noise", {"white", "coloured"}, {"white"});
-  set.seeds = cursor.integer("seeds", 1, 1, 100000);
-  common.drive.rms = cursor.number("level", common.drive.rms, {.low = 1e-12});
-  std::tie(common.drive.from_hz, common.drive.to_hz) =
-      interval(cursor, "band_hz", {0.3, 25}, {.low = 0.05, .high = 90});
-  std::tie(common.noise_low, common.noise_high) =
-      interval(cursor, "noise_relative", {0.01, 0.02}, {.low = 1e-6, .high = 1});
-  common.samples = cursor.integer("samples", common.samples, 200, 10000000);
+  common.drive.rms = set.options.level;
+  std::tie(common.drive.from_hz, common.drive.to_hz) = set.options.band_hz;
+  std::tie(common.noise_low, common.noise_high) = set.options.noise_relative;
+  common.samples = set.options.samples;
   cursor.done();
   return set;
 }
@@ -152,33 +126,32 @@ void expand(const Set& set, std::vector<CaseSpec>& cases) {
     spec.number = cases.size();
     Random random(spec.seed, Stream::parameters, spec.number, 0);
     for (const Wanted& one : wanted) spec.effects.push_back(placed(one, *spec.plan, random));
-    if (spec.case_class == "double") spec.effects = pair_of(set, turn / set.strengths.size() % 2 == 0, random);
+    if (spec.case_class == "double") spec.effects = pair_of(set, turn / set.options.strengths.size() % 2 == 0, random);
     spec.strength_class = strength;
-    spec.drive.name = in_turn(set.drives, turn, first, 3);
-    spec.coloured = in_turn(set.noises, turn, first, 4) == "coloured";
+    spec.drive.name = in_turn(set.options.drives, turn, first, 3);
+    spec.coloured = in_turn(set.options.noise, turn, first, 4) == "coloured";
     ++turn;
     cases.push_back(std::move(spec));
   };
-  for (Index seed = 0; seed < set.seeds; ++seed) {
+  for (Index seed = 0; seed < set.options.seeds; ++seed) {
     if (set.common.case_class == "none")
       add({}, "");
     else if (set.common.case_class == "double")
-      add({}, set.strengths[static_cast<std::size_t>(seed) % set.strengths.size()]);
+      add({}, set.options.strengths[static_cast<std::size_t>(seed) % set.options.strengths.size()]);
     else
       for (const Wanted& wanted : set.effects)
-        for (const std::string& strength : set.strengths) add({wanted}, strength);
+        for (const std::string& strength : set.options.strengths) add({wanted}, strength);
   }
 }
 
 }  // namespace
 
 std::vector<CaseSpec> read_cases(const JsonCursor& config, std::optional<std::uint64_t> seed) {
-  const auto written = static_cast<std::uint64_t>(config.integer("seed", 1, 0, std::numeric_limits<Index>::max()));
-  const bool truth = config.boolean("truth", true);
+  const auto options = read_options<CasesOptions>(config);
   std::vector<CaseSpec> cases;
   for (const JsonCursor& item : config.at("sets").items()) {
-    Set set = read_set(item, truth);
-    set.common.seed = seed.value_or(written);
+    Set set = read_set(item, options.truth);
+    set.common.seed = seed.value_or(static_cast<std::uint64_t>(options.seed));
     expand(set, cases);
   }
   if (cases.empty()) config.at("sets").fail("at least one set");

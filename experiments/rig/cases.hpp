@@ -4,6 +4,8 @@
 
 #include <memory>
 
+#include "core/base/options.hpp"
+#include "experiments/rig/drives.hpp"
 #include "experiments/rig/effects.hpp"
 
 namespace wheelhop::blind {
@@ -27,13 +29,45 @@ struct CaseSpec {
   Index samples = 8000;
 };
 
-/// Config: {"seed"?: 1, "truth"?: true, "sets": [SET, ...]}, SET:
-/// {"name": any, "plant": NAME of a file plants/NAME.json beside the config, or a plant file's object,
-///  "class": "single" | "none" | "parameter" | "unknown" | "double",
-///  "effects"?: "all" or a list of "ID", "ID@PLACE" or a form's text,
-///  "strengths"?: ["weak", "medium", "strong"], "seeds"?: 1 (cases of each effect and strength; of class none and
-///  double: how many cases), "drives"?: ["multisine"], "level"?: 0.008 (RMS of the drive), "band_hz"?: [0.3, 25],
-///  "noise"?: ["white"] (white, coloured), "noise_relative"?: [0.01, 0.02], "samples"?: 8000}.
+/// Members of a config of blind cases beside its sets.
+struct CasesOptions {
+  Index seed = 1;
+  bool truth = true;
+  template <class V>
+  void fields(V&& visit) {
+    visit("seed", seed, Range{0}, "-", "of everything random");
+    visit("truth", truth, "whether the key holds the state of the rig that no sensor shows");
+  }
+};
+
+/// Members of a set of blind cases beside `plant` and `effects`.
+struct SetOptions {
+  std::string name, case_class;
+  std::vector<std::string> strengths = {"weak", "medium", "strong"}, drives = {"multisine"}, noise = {"white"};
+  Index seeds = 1, samples = 8000;
+  double level = 0.008;
+  std::pair<double, double> band_hz{0.3, 25}, noise_relative{0.01, 0.02};
+  template <class V>
+  void fields(V&& visit) {
+    visit("name", name, Choices{}, "of the set");
+    visit("class", case_class, Choices{{"single", "none", "parameter", "unknown", "double"}},
+          "what is withheld: one effect of the catalogue, nothing, a wrong parameter, an effect that no catalogue has, "
+          "or two effects");
+    visit("strengths", strengths, Choices{{"weak", "medium", "strong"}}, "each effect in each of them");
+    visit("drives", drives, Choices{drive_names()}, "taken in turn");
+    visit("noise", noise, Choices{{"white", "coloured"}}, "taken in turn");
+    visit("seeds", seeds, Range{1, 100000}, "-",
+          "cases of each effect and strength; of the classes none and double: how many cases");
+    visit("samples", samples, Range{200, 1e7}, "-", "of each record");
+    visit("level", level, Range{1e-12}, "m", "RMS of the drive");
+    visit("band_hz", band_hz, Range{0.05, 90}, "Hz", "of the drive");
+    visit("noise_relative", noise_relative, Range{1e-6, 1}, "-", "noise over the RMS of each sensor, drawn between");
+  }
+};
+
+/// Config: {members of CasesOptions, "sets": [SET, ...]}, SET: the members of SetOptions, of which `name` and `class`
+/// have no default, "plant": NAME of a file plants/NAME.json beside the config, or a plant file's object, and
+/// "effects"?: "all" or a list of "ID", "ID@PLACE" or a form's text.
 /// Drives and noises take turns in drawn orders; where a place is not named it is drawn; pairs of effects stand at one
 /// place and at two by turns. UserError on every mistake.
 /// @param seed replaces that of the config where it is given

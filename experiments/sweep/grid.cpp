@@ -13,8 +13,6 @@
 namespace wheelhop {
 namespace {
 
-const std::vector<std::string> kMeasures = {"linear", "inversion", "nonlinear", "refined", "solver"};
-
 /// The base experiment as JSON that names no file. @param directory of what it names
 Json read_base(const JsonCursor& cursor, std::string& source) {
   Json base = cursor.raw();
@@ -77,15 +75,15 @@ bool leaves_out(const Rule& rule, const std::vector<std::size_t>& at) {
 }
 
 Until read_until(const JsonCursor& cursor, const Grid& grid) {
-  Until until;
+  for (const char* required : {"over", "at_most"}) cursor.at(required);
+  auto until = read_options<Until>(cursor);
   std::vector<std::string> names;
   for (const Axis& axis : grid.axes) names.push_back(axis.name);
-  until.over = cursor.at("over").one_of(names);
+  cursor.at("over").one_of(names);
   if (grid.axes[static_cast<std::size_t>(grid.axis_called(until.over))].labels.size() < 2)
     cursor.at("over").fail("an axis of at least two values to compare");
-  until.at_most = cursor.at("at_most").integer(grid.realisations, 1000000);
-  until.batch = cursor.integer("batch", until.batch, 1, 1000000);
-  if (const auto equivalence = cursor.find("equivalence")) until.equivalence = equivalence->number({.low = 0});
+  if (until.at_most < grid.realisations)
+    cursor.at("at_most").fail(fmt::format("a number from the {} of `realisations` on", grid.realisations));
   cursor.done();
   return until;
 }
@@ -153,10 +151,12 @@ Grid read_grid(Json config, const std::string& source, const std::filesystem::pa
   std::string base_source;
   Json base = read_base(cursor.at("base"), base_source);
   grid.base = parse(base, base_source);
-  const std::string measure = cursor.at("measure").one_of(kMeasures);
+  cursor.at("measure");
+  const auto options = read_options<SweepOptions>(cursor);
+  const std::string& measure = options.measure;
   grid.measure = static_cast<Measure>(std::find(kMeasures.begin(), kMeasures.end(), measure) - kMeasures.begin());
-  grid.realisations = cursor.integer("realisations", grid.realisations, 1, 1000000);
-  grid.evaluations = cursor.integer("evaluations", grid.evaluations, 1, 100000000);
+  grid.realisations = options.realisations;
+  grid.evaluations = options.evaluations;
   const std::vector<AxisGroup> groups = read_axes(cursor.at("axes"));
   for (std::size_t g = 0; g < groups.size(); ++g)
     for (const AxisSpec& axis : groups[g]) {
@@ -184,7 +184,7 @@ Grid read_grid(Json config, const std::string& source, const std::filesystem::pa
     if (groups[axis.group].size() > 1) grid.effective["axes"].back()["zip"] = axis.group;
   }
   if (exclude) grid.config["exclude"] = grid.effective["exclude"] = exclude->raw();
-  if (until) grid.config["until"] = grid.effective["until"] = until->raw();
+  if (until) grid.config["until"] = grid.effective["until"] = write_options(*grid.until);
   grid.effective["base"] = grid.base.effective;
 
   std::vector<std::size_t> at(groups.size(), 0);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/options.hpp"
 #include "experiments/experiment/config.hpp"
 
 namespace wheelhop {
@@ -17,6 +18,9 @@ namespace wheelhop {
 ///   refined     the joint refinement
 ///   solver      two problems from the same start: the fit of a map and the joint refinement
 enum class Measure { linear, inversion, nonlinear, refined, solver };
+
+/// Their names, in that order.
+inline const std::vector<std::string> kMeasures = {"linear", "inversion", "nonlinear", "refined", "solver"};
 
 struct Axis {
   std::string name;
@@ -34,10 +38,29 @@ struct Cell {
 
 /// Realisations that are added until every paired claim along an axis is decided.
 struct Until {
-  std::string over;                   ///< axis
-  Index at_most = 0;                  ///< realisations
-  Index batch = 10;                   ///< realisations added at once
-  std::optional<double> equivalence;  ///< as of CompareOptions
+  std::string over;
+  Index at_most = 200, batch = 10;
+  std::optional<double> equivalence;
+  template <class V>
+  void fields(V&& visit) {
+    visit("over", over, Choices{}, "axis whose values are compared");
+    visit("at_most", at_most, Range{1, 1e6}, "-", "realisations, whatever is decided");
+    visit("batch", batch, Range{1, 1e6}, "-", "realisations added at once");
+    visit("equivalence", equivalence, Range{0}, "-",
+          "differences up to this are ties; null: 0.1 for a VAF in percent, 0 for others");
+  }
+};
+
+/// Members of a sweep's config beside `base`, `axes`, `exclude` and `until`.
+struct SweepOptions {
+  std::string measure;
+  Index realisations = 20, evaluations = 400;
+  template <class V>
+  void fields(V&& visit) {
+    visit("measure", measure, Choices{kMeasures}, "how far a cell is computed");
+    visit("realisations", realisations, Range{1, 1e6}, "-", "rows of each cell; with until: of its first batch");
+    visit("evaluations", evaluations, Range{1, 1e8}, "-", "budget of each problem under the measure solver");
+  }
 };
 
 struct Grid {
