@@ -4,6 +4,7 @@ wheelhop_tests(identify wheelhop_variants
   lemma/trackability.cpp
   lemma/riccati.cpp
   lemma/inversion.cpp
+  lemma/hankel.cpp
   lemma/subspace.cpp
   lemma/direction.cpp
   lemma/sensitivities.cpp

@@ -11,7 +11,7 @@ KalmanFilter design_kalman_filter(ConstMatrixRef A, ConstMatrixRef C, ConstMatri
   DareSolution dare = solve_dare(A, C, Q, R);
   filter.status = dare.status;
   filter.message = dare.message;
-  filter.spectral_radius = dare.closed_loop_radius;
+  filter.spectral_radius = dare.radius_bound;
   if (dare.status != Status::ok) return filter;
   filter.A = A;
   filter.C = C;
@@ -19,6 +19,7 @@ KalmanFilter design_kalman_filter(ConstMatrixRef A, ConstMatrixRef C, ConstMatri
   filter.S = C * dare.P * C.transpose() + R;
   filter.S_inverse = filter.S.ldlt().solve(Matrix::Identity(C.rows(), C.rows()));
   filter.K = A * dare.P * C.transpose() * filter.S_inverse;
+  filter.spectral_radius = spectral_radius(A - filter.K * C);
   return filter;
 }
 

@@ -15,7 +15,7 @@ struct KalmanFilter {
   Matrix P;  ///< n x n predictor covariance
   Matrix S;  ///< p x p innovation covariance, C P C' + R
   Matrix S_inverse;
-  double spectral_radius = 0;  ///< of A - K C
+  double spectral_radius = 0;  ///< of A - K C; a bound of it where the status is not ok
 };
 
 KalmanFilter design_kalman_filter(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef Q, ConstMatrixRef R);

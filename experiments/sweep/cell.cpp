@@ -43,7 +43,7 @@ ScoredRun put_scores(Json& row, const std::string& name, const ExperimentConfig&
 void put_instruments(Json& row, const Matrix& u, const Matrix& y, const Matrix& z) {
   const Index s = kInstrumentRows, m = u.rows(), p = y.rows(), known = 1 + m * s;
   if (u.cols() < known + (m + 2 * p) * s + 2 * s) return;
-  const Matrix R = hankel_factor({{u, s, s}, {u, 0, s}, {y, 0, s}, {z, s, s}});
+  const Matrix R = hankel_factor({{u, s, s}, {u, 0, s}, {y, 0, s}, {z, s, s}}).R;
   const Matrix left = R.bottomRightCorner(p * s, R.cols() - known);
   row["residual_correlation_past_inputs"] = left.leftCols(m * s).norm() / left.norm();
   row["residual_correlation_past_outputs"] = left.middleCols(m * s, p * s).norm() / left.norm();

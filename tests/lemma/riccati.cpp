@@ -85,7 +85,10 @@ TEST_CASE("the Riccati solution is symmetric, semidefinite, stabilising and leav
       const Matrix& P = solution.P;
       CHECK((P - P.transpose()).norm() == 0);
       CHECK(symmetric_eigen(P).values(0) > -1e-12 * P.norm());
-      CHECK(solution.closed_loop_radius < 1);
+      const KalmanFilter filter = design_kalman_filter(problem.A, problem.C, problem.Q, problem.R);
+      CHECK(filter.spectral_radius < 1);
+      CHECK(solution.radius_bound >= filter.spectral_radius * (1 - 1e-12));
+      CHECK(solution.radius_bound < 1.1 * filter.spectral_radius);
       // Round-off grows with the size of P's entries (large where an unstable mode is hardly seen).
       CHECK(relative_error(riccati_step(problem, P), P) < 1e-9);
       CHECK(solution.relative_residual < 1e-9);
@@ -106,6 +109,53 @@ TEST_CASE("the Riccati solution is the limit of the Riccati recursion from any s
       CHECK(relative_error(solution.P, P) < 1e-9);
     }
   }
+}
+
+TEST_CASE("states in other units have the same Riccati solution in those units") {
+  Random random = numbers(36);
+  for (const Index n : {3, 6, 12}) {
+    const Problem problem = random_problem(n, 2, 0.9, random);
+    const Matrix P = solve_dare(problem.A, problem.C, problem.Q, problem.R).P;
+    Vector unit(n);
+    for (Index i = 0; i < n; ++i) unit(i) = std::pow(10, 12 * random.uniform() - 6);
+    const Matrix D = unit.asDiagonal(), inverse = unit.cwiseInverse().asDiagonal();
+    const DareSolution scaled = solve_dare(D * problem.A * inverse, problem.C * inverse, D * problem.Q * D, problem.R);
+    REQUIRE(scaled.status == Status::ok);
+    CHECK(relative_error(inverse * scaled.P * inverse, P) < 1e-10);
+  }
+}
+
+TEST_CASE("the Lyapunov solution is the sum of its series, and a mode on the circle or outside is told") {
+  Random random = numbers(37);
+  for (const Index n : {1, 4, 9}) {
+    const Matrix A = random_dynamics(n, 0.9, random), Q = random_covariance(n, random);
+    const LyapunovSolution solution = solve_lyapunov(A, Q);
+    REQUIRE(solution.status == Status::ok);
+    Matrix sum = Q, term = Q;
+    for (int k = 0; k < 600; ++k) sum += term = (A * term * A.transpose()).eval();
+    CHECK(relative_error(solution.P, sum) < 1e-12);
+    CHECK(solution.relative_residual < 1e-14);
+    CHECK(solution.radius_bound >= spectral_radius(A) * (1 - 1e-12));
+    CHECK(solve_lyapunov(A / spectral_radius(A), Q).status != Status::ok);
+    CHECK(solve_lyapunov(1.2 / spectral_radius(A) * A, Q).status != Status::ok);
+  }
+  CHECK(solve_lyapunov(Matrix::Constant(1, 1, NAN), Matrix::Ones(1, 1)).status == Status::not_finite);
+}
+
+TEST_CASE("a closed loop within reach of the circle is solved, one on it is told after a bounded number of doublings") {
+  for (const double distance : {1e-2, 1e-4, 3e-6}) {
+    // No process noise: the closed loop of a stable mode is the mode itself.
+    const Matrix a = Matrix::Constant(1, 1, 1 - distance), one = Matrix::Ones(1, 1), zero = Matrix::Zero(1, 1);
+    const DareSolution solution = solve_dare(a, one, zero, one);
+    CHECK(solution.status == Status::ok);
+    CHECK(solution.radius_bound == Approx(1 - distance).epsilon(0.05 * distance));
+  }
+  Matrix rotation(2, 2);
+  rotation << 0.6, 0.8, -0.8, 0.6;
+  const DareSolution circle = solve_dare(rotation, Matrix::Ones(1, 2), Matrix::Zero(2, 2), Matrix::Ones(1, 1));
+  CHECK(circle.status == Status::not_stabilisable);
+  CHECK(circle.doublings <= 30);
+  CHECK(std::isfinite(circle.relative_residual));
 }
 
 TEST_CASE("a scalar Riccati equation has the root of its quadratic") {
