@@ -132,5 +132,3 @@ void plant_derivatives_by_differences(benchmark::State& state) {
 BENCHMARK(plant_derivatives_by_differences)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-
-BENCHMARK_MAIN();

@@ -2,5 +2,6 @@
 wheelhop_tests(base wheelhop_base
   FILES
   conformance/base.cpp
+  lemma/linalg.cpp
   lemma/random.cpp
   conformance/layers.cpp)

@@ -12,12 +12,16 @@ constexpr double kRoundOff = 0x1p-53;
 /// A mode on the circle halves the powers at every doubling, so that they pass for converged after 27 of them; its
 /// bound is then within 1.4e-7 of one. A stable mode of 1 - 6e-7 has a bound below 1 - 3e-7.
 constexpr double kCircle = 3e-7;
+/// A residual above this is worth a correction; rounding of the residual itself leaves about 1e-15.
+constexpr double kResidual = 4e-15;
 
 /// Powers of two d with which rows and columns of D^-1 A D are of about one size (Osborne 1960).
 Vector balance(ConstMatrixRef A) {
   const Index n = A.rows();
   Vector d = Vector::Ones(n);
-  for (int sweep = 0; sweep < 3; ++sweep)
+  bool changed = true;
+  for (int sweep = 0; sweep < 3 && changed; ++sweep) {
+    changed = false;
     for (Index i = 0; i < n; ++i) {
       double row = 0, column = 0;
       for (Index j = 0; j < n; ++j)
@@ -25,93 +29,119 @@ Vector balance(ConstMatrixRef A) {
           row += std::abs(A(i, j)) * d(j);
           column += std::abs(A(j, i)) / d(j);
         }
-      if (!(row > 0 && column > 0)) continue;
-      const double factor = std::sqrt(row / (d(i) * column * d(i)));
-      if (factor > 2 || factor < 0.5) d(i) *= std::exp2(std::round(std::log2(factor)));
+      const double square = row / (column * d(i) * d(i));
+      if (!(square > 4 || square < 0.25) || !(row > 0 && column > 0)) continue;
+      d(i) *= std::exp2(std::round(0.5 * std::log2(square)));
+      changed = true;
     }
+  }
   return all_finite(d) ? d : Vector::Ones(n);
 }
 
 double bound_of(double norm_of_power, int doublings) { return std::pow(norm_of_power, std::exp2(-doublings)); }
 
-/// The doubling itself. In: A the transposed dynamics, G = C' R^-1 C, H = Q. Out: H the solution.
-template <int N>
+/// X = W^-1 X and Y = W^-1 Y, by Gauss-Jordan elimination with partial pivoting; W is lost. For sizes known to the
+/// compiler every column is a few registers.
+template <class Square>
+void eliminate(Square& W, Square& X, Square& Y) {
+  constexpr int n = Square::RowsAtCompileTime;
+  for (int k = 0; k < n; ++k) {
+    int pivot = k;
+    for (int i = k + 1; i < n; ++i)
+      if (std::abs(W(i, k)) > std::abs(W(pivot, k))) pivot = i;
+    if (pivot != k) {
+      W.row(k).swap(W.row(pivot));
+      X.row(k).swap(X.row(pivot));
+      Y.row(k).swap(Y.row(pivot));
+    }
+    const double scale = 1 / W(k, k);
+    Eigen::Matrix<double, n, 1> factor = W.col(k) * scale;
+    factor(k) = 1 - scale;  // what is left of the row itself is its pivot's share
+    for (int j = k + 1; j < n; ++j) W.col(j) -= W(k, j) * factor;
+    for (int j = 0; j < n; ++j) X.col(j) -= X(k, j) * factor;
+    for (int j = 0; j < n; ++j) Y.col(j) -= Y(k, j) * factor;
+  }
+}
+
+void eliminate(Matrix& W, Matrix& X, Matrix& Y) {
+  const Eigen::PartialPivLU<Eigen::Ref<Matrix>> lu(W);
+  X = lu.solve(X).eval();
+  Y = lu.solve(Y).eval();
+}
+
+/// The doubling itself, on n x n matrices or, for a size known to the compiler, on those with rows and columns of zeros
+/// added, which stand for states that are always zero. In: A the transposed dynamics, G = C' R^-1 C, H = Q. Out: H the
+/// solution.
+template <class Square>
 struct Doubling {
-  using Square = Eigen::Matrix<double, N, N>;
   Square A, G, H;
   int doublings = 0;
   double power = 0;  // norm of the 2^doublings-th power of the closed loop
-  bool finite = true, converged = false;
+  bool finite = true;
 
   void run() {
-    const Index n = A.rows();
-    Square W(n, n), V(n, n), HV(n, n), next(n, n);
-    Eigen::PartialPivLU<Square> lu(n);
-    while (finite && !converged && doublings < kDoublings) {
+    Square W(A), V(A), M(A), product(A);
+    for (bool converged = false; finite && !converged && doublings < kDoublings; ++doublings) {
       W.noalias() = G * H;
       W.diagonal().array() += 1;
-      lu.compute(W);
-      V = lu.solve(A);  // (I + G H)^-1 A
-      HV.noalias() = H * V;
-      next.noalias() = A.transpose() * HV;
-      H += next;
-      H = (0.5 * (H + H.transpose())).eval();
-      HV.noalias() = A * V;  // the next A
-      W = lu.solve(G);
-      V.noalias() = A * W;
-      next.noalias() = V * A.transpose();
-      G += next;
-      G = (0.5 * (G + G.transpose())).eval();
-      A.swap(HV);
-      ++doublings;
-      power = A.norm();
-      finite = std::isfinite(power) && std::isfinite(H.sum()) && std::isfinite(G.sum());
+      V = A;
+      M = G;
+      eliminate(W, V, M);  // V = (I + G H)^-1 A, M = (I + G H)^-1 G
+      W.noalias() = H * V;
+      product.noalias() = A.transpose() * W;
+      H += 0.5 * (product + product.transpose());
+      W.noalias() = A * M;
+      product.noalias() = W * A.transpose();
+      G += 0.5 * (product + product.transpose());
+      product.noalias() = A * V;
+      A.swap(product);
+      const double size = A.squaredNorm();
+      finite = std::isfinite(size) && std::isfinite(H.sum()) && std::isfinite(G.sum());
       // The next increase is A' H (I + G H)^-1 A, at most ||A||^2 ||H||.
-      converged = power * power <= kRoundOff;
+      converged = size <= kRoundOff;
     }
-    if (finite) {
-      W.noalias() = G * H;
-      W.diagonal().array() += 1;
-      lu.compute(W);
-      power = lu.solve(A).norm();
-    }
+    if (!finite) return;
+    // A = (I + G P) times the power of the closed loop.
+    W.noalias() = G * H;
+    W.diagonal().array() += 1;
+    V = A;
+    M.setZero();
+    eliminate(W, V, M);
+    power = V.norm();
   }
 };
 
-template <int N>
-void solve_scaled(const Matrix& A, const Matrix& G, const Matrix& Q, DareSolution& solution, bool& finite) {
-  Doubling<N> doubling{A.transpose(), G, Q};
+template <class Square>
+void double_up(const Matrix& A, const Matrix& G, const Matrix& Q, DareSolution& solution, bool& finite) {
+  const Index n = A.rows(), size = std::max<Index>(n, Square::RowsAtCompileTime);
+  Doubling<Square> doubling;
+  doubling.A = doubling.G = doubling.H = Square::Zero(size, size);
+  doubling.A.topLeftCorner(n, n) = A.transpose();
+  doubling.G.topLeftCorner(n, n) = G;
+  doubling.H.topLeftCorner(n, n) = Q;
   doubling.run();
-  solution.P = doubling.H;
+  solution.P = doubling.H.topLeftCorner(n, n);
   solution.doublings = doubling.doublings;
   solution.radius_bound = bound_of(doubling.power, doubling.doublings);
   finite = doubling.finite;
 }
 
-void solve_scaled(const Matrix& A, const Matrix& G, const Matrix& Q, DareSolution& solution, bool& finite) {
-  switch (A.rows()) {
-    case 1: return solve_scaled<1>(A, G, Q, solution, finite);
-    case 2: return solve_scaled<2>(A, G, Q, solution, finite);
-    case 3: return solve_scaled<3>(A, G, Q, solution, finite);
-    case 4: return solve_scaled<4>(A, G, Q, solution, finite);
-    case 5: return solve_scaled<5>(A, G, Q, solution, finite);
-    case 6: return solve_scaled<6>(A, G, Q, solution, finite);
-    case 7: return solve_scaled<7>(A, G, Q, solution, finite);
-    case 8: return solve_scaled<8>(A, G, Q, solution, finite);
-    default: return solve_scaled<Eigen::Dynamic>(A, G, Q, solution, finite);
-  }
+/// Right side less P, and the closed loop if it is asked for.
+Matrix residual_of(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef Q, ConstMatrixRef R, const Matrix& P,
+                   Matrix* closed) {
+  const Matrix CP = C * P, S = CP * C.transpose() + R, AP = A * P;
+  const Matrix CPA = CP * A.transpose();
+  const Matrix gain = S.ldlt().solve(CPA);  // transposed
+  if (closed != nullptr) *closed = A - gain.transpose() * C;
+  Matrix left = Q - P;
+  left.noalias() += AP * A.transpose();
+  left.noalias() -= gain.transpose() * CPA;
+  return left;
 }
 
-double residual_of(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef Q, ConstMatrixRef R, const Matrix& P) {
-  const Matrix CP = C * P;
-  const Matrix S = CP * C.transpose() + R;
-  const Matrix K = S.ldlt().solve(CP * A.transpose());  // the gain, transposed
-  Matrix right = A * P;
-  right = (right * A.transpose()).eval();
-  right.noalias() -= K.transpose() * (CP * A.transpose());
-  right += Q;
+double relative(const Matrix& residual, const Matrix& P) {
   const double size = P.norm();
-  return size > 0 ? (right - P).norm() / size : right.norm();
+  return size > 0 ? residual.norm() / size : residual.norm();
 }
 
 }  // namespace
@@ -130,19 +160,46 @@ DareSolution solve_dare(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef Q, Co
   // x = D z:  D^-1 A D, C D, D^-1 Q D^-1.
   const Vector d = balance(A), inverse = d.cwiseInverse();
   const Matrix scaled_A = inverse.asDiagonal() * A * d.asDiagonal();
-  const Matrix whitened = root.matrixL().solve(C * d.asDiagonal());
-  const Matrix G = whitened.transpose() * whitened;
+  Matrix whitened = C * d.asDiagonal();
+  root.matrixL().solveInPlace(whitened);
+  const Matrix G = whitened.transpose() * whitened, H = inverse.asDiagonal() * Q * inverse.asDiagonal();
   bool finite = true;
-  solve_scaled(scaled_A, G, inverse.asDiagonal() * Q * inverse.asDiagonal(), solution, finite);
+  if (n <= 4)
+    double_up<Eigen::Matrix<double, 4, 4>>(scaled_A, G, H, solution, finite);
+  else if (n <= 8)
+    double_up<Eigen::Matrix<double, 8, 8>>(scaled_A, G, H, solution, finite);
+  else if (n <= 12)
+    double_up<Eigen::Matrix<double, 12, 12>>(scaled_A, G, H, solution, finite);
+  else
+    double_up<Matrix>(scaled_A, G, H, solution, finite);
   if (!finite) {
     solution.message = "doubling overflowed: no stabilising solution, or entries of very different size";
     return solution;
   }
   solution.P = (d.asDiagonal() * solution.P * d.asDiagonal()).eval();
-  solution.relative_residual = residual_of(A, C, Q, R, solution.P);
+  const bool stable = solution.radius_bound < 1 - kCircle;
+  Matrix closed;
+  Matrix residual = residual_of(A, C, Q, R, solution.P, &closed);
+  solution.relative_residual = relative(residual, solution.P);
+  if (stable && solution.relative_residual > kResidual) {
+    // A step of Newton's method, whose Lyapunov equation is summed up as far as a thousandth needs (Kleinman 1968).
+    Matrix sum = residual, power = std::move(closed), product(n, n);
+    for (int k = 0; k < solution.doublings && power.squaredNorm() > 1e-3; ++k) {
+      product.noalias() = power * sum;
+      sum.noalias() += product * power.transpose();
+      product.noalias() = power * power;
+      power.swap(product);
+    }
+    const Matrix corrected = solution.P + 0.5 * (sum + sum.transpose());
+    residual = residual_of(A, C, Q, R, corrected, nullptr);
+    if (const double size = relative(residual, corrected); size < solution.relative_residual) {
+      solution.P = corrected;
+      solution.relative_residual = size;
+    }
+  }
   if (!std::isfinite(solution.relative_residual)) {
     solution.message = "the solution is not finite";
-  } else if (!(solution.radius_bound < 1 - kCircle)) {
+  } else if (!stable) {
     solution.status = Status::not_stabilisable;
     solution.message = "closed-loop eigenvalue on the unit circle";
   } else {

@@ -1,0 +1,76 @@
+// `wheelhop bench`: the kernels and their peers in one process, repetitions interleaved.
+#include <fmt/format.h>
+
+#include <cstring>
+#include <fstream>
+
+#include "bench/against.hpp"
+#include "bench/limits.hpp"
+#include "bench/report.hpp"
+#include "core/base/files.hpp"
+#include "core/base/status.hpp"
+#include "experiments/run/provenance.hpp"
+#ifdef WHEELHOP_HAS_PEERS
+#include "bench/peers.hpp"
+#endif
+
+namespace {
+
+using namespace wheelhop;
+
+std::string processor() {
+  std::ifstream stream("/proc/cpuinfo");
+  for (std::string line; std::getline(stream, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  return "unknown";
+}
+
+const char* const kHelp =
+    "Times the kernels beside SLICOT and LAPACK (Debian: libslicot-dev, libopenblas-serial-dev) in one process.\n"
+    "Usage: wheelhop bench [--out FILE.json] [options of Google Benchmark]\n"
+    "  --benchmark_filter=Riccati    only what the expression matches\n"
+    "  --benchmark_list_tests        names, as WHAT|VARIANT|CASE\n"
+    "Ratios are a peer's median time over ours: above 1 we are ahead.\n";
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string out;
+  std::vector<char*> passed = {argv[0]};
+  std::string interleaved = "--benchmark_enable_random_interleaving=true";
+  passed.push_back(interleaved.data());
+  for (int i = 1; i < argc; ++i) {
+    if (std::strcmp(argv[i], "--help") == 0) {
+      fmt::print("{}", kHelp);
+      return 0;
+    }
+    if (std::strcmp(argv[i], "--out") == 0 && i + 1 < argc)
+      out = argv[++i];
+    else
+      passed.push_back(argv[i]);
+  }
+  bench::add_peers();
+  int count = static_cast<int>(passed.size());
+  benchmark::Initialize(&count, passed.data());
+  if (benchmark::ReportUnrecognizedArguments(count, passed.data())) return 2;
+  bench::RatioReporter reporter;
+  if (benchmark::RunSpecifiedBenchmarks(&reporter) == 0) return 2;
+  const Json results = reporter.finish();
+  const Json limits = {{"fma_gflops", bench::peak_gflops()}, {"triad_gb_per_s", bench::triad_gb_per_s()}};
+  fmt::print("one core of {}: {:.3g} GFLOP/s in fused multiply-adds, {:.3g} GB/s in the triad\n", processor(),
+             limits["fma_gflops"].get<double>(), limits["triad_gb_per_s"].get<double>());
+  if (out.empty()) return 0;
+  Json file = {{"schema", "wheelhop.bench/1"}, {"processor", processor()}, {"limits", limits}, {"results", results}};
+#ifdef WHEELHOP_HAS_PEERS
+  file["blas"] = peers::blas_in_use();
+#endif
+  file["provenance"] = provenance();
+  try {
+    write_json(out, file);
+  } catch (const UserError& error) {
+    fmt::print(stderr, "wheelhop: {}\n", error.what());
+    return 2;
+  }
+  fmt::print("written: {}\n", out);
+  return 0;
+}
