@@ -14,6 +14,9 @@ constexpr double kRoundOff = 0x1p-53;
 constexpr double kCircle = 3e-7;
 /// A residual above this is worth a correction; rounding of the residual itself leaves about 1e-15.
 constexpr double kResidual = 4e-15;
+/// Half the digits: with a larger residual P is no solution. The doubling ends in one where an unstable mode is seen by
+/// rounding alone.
+constexpr double kNoSolution = 1e-8;
 
 /// Powers of two d with which rows and columns of D^-1 A D are of about one size (Osborne 1960).
 Vector balance(ConstMatrixRef A) {
@@ -176,7 +179,7 @@ DareSolution solve_dare(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef Q, Co
     solution.message = "doubling overflowed: no stabilising solution, or entries of very different size";
     return solution;
   }
-  solution.P = (d.asDiagonal() * solution.P * d.asDiagonal()).eval();
+  solution.P = (0.5 * (d.asDiagonal() * (solution.P + solution.P.transpose()) * d.asDiagonal())).eval();
   const bool stable = solution.radius_bound < 1 - kCircle;
   Matrix closed;
   Matrix residual = residual_of(A, C, Q, R, solution.P, &closed);
@@ -190,7 +193,8 @@ DareSolution solve_dare(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef Q, Co
       product.noalias() = power * power;
       power.swap(product);
     }
-    const Matrix corrected = solution.P + 0.5 * (sum + sum.transpose());
+    sum += solution.P;
+    const Matrix corrected = 0.5 * (sum + sum.transpose());
     residual = residual_of(A, C, Q, R, corrected, nullptr);
     if (const double size = relative(residual, corrected); size < solution.relative_residual) {
       solution.P = corrected;
@@ -202,6 +206,9 @@ DareSolution solve_dare(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef Q, Co
   } else if (!stable) {
     solution.status = Status::not_stabilisable;
     solution.message = "closed-loop eigenvalue on the unit circle";
+  } else if (solution.relative_residual > kNoSolution) {
+    solution.status = Status::not_stabilisable;
+    solution.message = "an unstable mode that the outputs do not see";
   } else {
     solution.status = Status::ok;
   }
