@@ -3,7 +3,6 @@
 #include "core/kernels/streamed_qr.hpp"
 
 namespace wheelhop {
-
 InputMatrices estimate_input_matrices(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef u, ConstMatrixRef y,
                                       Index direct_inputs) {
   const Index n = A.rows(), p = C.rows(), m = u.rows(), N = u.cols();
@@ -29,6 +28,7 @@ InputMatrices estimate_input_matrices(ConstMatrixRef A, ConstMatrixRef C, ConstM
       for (Index j = 0; j < m; ++j) next.middleCols(j * n, n).diagonal().array() += u_k(j);
       Z.swap(next);
     }
+    drop_faded(Z.rightCols(n));
   }
   const LeastSquares solution = solve_from_qr(stream.finish(), unknowns);
   const Vector x = solution.x.col(0);
@@ -62,6 +62,7 @@ void estimate_start(ConstMatrixRef u, ConstMatrixRef y, LinearModel& model, Vect
       rows.middleCols(n, p).setIdentity();
       rows.col(n + p) = residual.col(first + k);
     }
+    drop_faded(free);
   }
   const Vector start = solve_from_qr(stream.finish(), n + p).x.col(0);
   x0 = start.head(n);

@@ -136,6 +136,7 @@ bool free_run_sensitivities(const NonlinearModel& model, ConstMatrixRef u, Const
       regressors.head(n) = response.head(n);
     }
     receive(first, count, rows);
+    drop_faded(now.middleCols(at.x0(), n));
   }
   return true;
 }
