@@ -1,7 +1,7 @@
 /// \file
 /// The loops of add_correlations() over a type of eight lanes, compiled once for each instruction set. Everything here
-/// has internal linkage or is always inlined: a function that was compiled for AVX-512 must not stand in for one of
-/// other files. For the same reason no header with inline functions is included.
+/// has internal linkage or is always inlined: the linker must not take a function that was compiled for AVX-512 for the
+/// one of other files.
 #pragma once
 
 #include <cstddef>
