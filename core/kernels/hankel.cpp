@@ -100,8 +100,9 @@ std::optional<HankelFactor> hankel_factor_by(FactorMethod method, const std::vec
 }
 
 HankelFactor hankel_factor(const std::vector<HankelBlock>& blocks) {
-  for (const FactorMethod method : {FactorMethod::gram, FactorMethod::extended_gram})
-    if (std::optional<HankelFactor> factor = hankel_factor_by(method, blocks); factor && factor->error <= kFactorError)
+  for (const auto& [method, most] :
+       {std::pair{FactorMethod::gram, kFactorError}, std::pair{FactorMethod::extended_gram, kExtendedError}})
+    if (std::optional<HankelFactor> factor = hankel_factor_by(method, blocks); factor && factor->error <= most)
       return *std::move(factor);
   return *hankel_factor_by(FactorMethod::orthogonal, blocks);
 }

@@ -36,8 +36,8 @@ struct HankelFactor {
 ///
 /// Cholesky's method on the Gram matrix squares the condition. What is computed from the factor is noise beyond the
 /// rows above, of which a record of N samples says no more than 1/sqrt(N) of itself; the Gram matrix is taken where
-/// rounding moves that by less than kFactorError, else one of twice the precision, which is as good as an orthogonal
-/// factorisation, else (a row follows from others to the last digit) the latter.
+/// rounding moves that by less than kFactorError, else one of twice the precision as long as it is better than an
+/// orthogonal factorisation (kExtendedError), else the latter: a row then follows from others to the last digit.
 /// @param blocks at least one, of signals of one length; as many columns are used as all of them have
 /// Memory O(L^2) for L = 1 + sum of r rows, whatever N. Cost: HankelGram, ten times that in twice the precision, O(N
 /// L^2) for the orthogonal one. Throws std::invalid_argument if there are fewer columns than L.
@@ -45,6 +45,9 @@ HankelFactor hankel_factor(const std::vector<HankelBlock>& blocks);
 
 /// Judgement: three digits better than the 1e-4 to which 1e8 samples tell what noise adds.
 inline constexpr double kFactorError = 1e-7;
+/// Up to this error the factor in twice the precision is the better one: with v the size of the inverse of the scaled
+/// factor its error is 8 eps^2 v^2 where that of reflections is eps v, and they meet at v = 1 / (8 eps).
+inline constexpr double kExtendedError = 1.0 / 8;
 
 /// The factor by the method named. @return none where the Gram matrix has lost a pivot
 std::optional<HankelFactor> hankel_factor_by(FactorMethod method, const std::vector<HankelBlock>& blocks);
