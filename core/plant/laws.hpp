@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/json.hpp"
+#include "core/plant/lanes.hpp"
 
 namespace wheelhop {
 
@@ -81,6 +82,8 @@ struct LawKind {
   std::vector<LawParameter> parameters;
   /// Force f [N] at travel x [m] and rate v [m/s]; false outside the domain of the law, f is then undefined.
   bool (*force)(std::span<const double> p, double x, double v, double& f) = no_force;
+  /// The same for four simulations at once, `p` with a value of each; nullptr: one after the other.
+  LaneMask (*force_of_lanes)(const Lanes* p, Lanes x, Lanes v, Lanes& f) = nullptr;
   /// Slopes dF/dx [N/m] and dF/dv [Ns/m]; false outside the domain.
   bool (*slopes)(std::span<const double> p, double x, double v, double& df_dx, double& df_dv) = no_slopes;
   /// dF/dp, one number a value; false outside the domain. nullptr: nobody asks so often that it pays.

@@ -73,6 +73,9 @@ Motion::Motion(const Plant& plant) {
   for (const Sensor& sensor : plant.sensors)
     sensors_.push_back({sensor.kind, plant.node(sensor.from), plant.node(sensor.to)});
   const std::size_t nodes = plant.node_names().size();
+  weights_.resize(nodes);
+  for (std::size_t i = 0; i < mass_.size(); ++i) weights_[i] = {{static_cast<Index>(i), 1.0}};
+  for (const RigidPoint& point : points_) weights_[point.node] = point.weights;
   z_rate_.assign(rest_.size(), 0);
   element_force_.assign(branches_.size(), 0);
   x_.assign(nodes, 0);
@@ -95,7 +98,7 @@ void Motion::set_inputs(const double* u, const double* u_rate) {
   }
 }
 
-void Motion::load(const double* q, const double* v) {
+void Motion::place(const double* q, const double* v) {
   for (std::size_t i = 0; i < mass_.size(); ++i) {
     x_[i] = q[i];
     v_[i] = v[i];
@@ -182,7 +185,7 @@ double Motion::fastest_yielding() const {
 }
 
 int Motion::accelerations(const double* q, const double* v, const double* z, double* a, double* z_rate) {
-  load(q, v);
+  place(q, v);
   for (std::size_t i = 0; i < force_.size(); ++i) force_[i] = applied_[i];
   for (std::size_t b = 0; b < branches_.size(); ++b) {
     const Branch& branch = branches_[b];
@@ -230,36 +233,41 @@ int Motion::slopes(const double* q, const double* v, Matrix& stiffness, Matrix& 
   return element;
 }
 
+bool Motion::slopes_of(std::size_t element, const double* z, ElementSlopes& s, MemorySlopes* laws) {
+  const Branch& branch = branches_[element];
+  const double own_travel = x_[branch.to] - x_[branch.from], rate = v_[branch.to] - v_[branch.from];
+  const double travel = effective_travel(branch, own_travel);
+  s.followed = branch.play_m > 0 && std::abs(own_travel) <= branch.play_m ? play_leak_ : 1;
+  s.pulling = 1;
+  if (std::isfinite(branch.contact_n)) {
+    double sum = 0;
+    if (!force(branch, travel, rate, free_rate(branch, rate), z, sum, z_rate_.data())) return false;
+    if (sum - branch.rest_force_n > branch.contact_n) s.pulling = 0;
+  }
+  double stiffness = branch.stiffness_n_per_m, damping = branch.damping_ns_per_m;
+  for (std::size_t k = branch.first_curved; k < branch.first_memory; ++k) {
+    double df_dx, df_dv;
+    if (!laws_[k].slopes(travel, rate, df_dx, df_dv) || !std::isfinite(df_dx + df_dv)) return false;
+    stiffness += df_dx;
+    damping += df_dv;
+  }
+  s.stiffness_n_per_m = s.pulling * s.followed * stiffness;
+  s.damping_ns_per_m = s.pulling * damping;
+  std::size_t state = branch.first_state;
+  for (std::size_t k = branch.first_memory; k < branch.last_law; ++k) {
+    const LawMemory& memory = laws_[k].kind->memory;
+    *laws = {};
+    const double seen = memory.jump ? free_rate(branch, rate) : rate;
+    if (!memory.slopes(laws_[k].values, travel, seen, z + state, *laws++)) return false;
+    state += static_cast<std::size_t>(memory.states);
+  }
+  return true;
+}
+
 int Motion::slopes_here(const double* z, ElementSlopes* elements, MemorySlopes* laws) {
   for (std::size_t b = 0; b < branches_.size(); ++b) {
-    const Branch& branch = branches_[b];
-    const double own_travel = x_[branch.to] - x_[branch.from], rate = v_[branch.to] - v_[branch.from];
-    const double travel = effective_travel(branch, own_travel);
-    ElementSlopes& s = elements[b];
-    s.followed = branch.play_m > 0 && std::abs(own_travel) <= branch.play_m ? play_leak_ : 1;
-    s.pulling = 1;
-    if (std::isfinite(branch.contact_n)) {
-      double sum = 0;
-      if (!force(branch, travel, rate, free_rate(branch, rate), z, sum, z_rate_.data())) return static_cast<int>(b);
-      if (sum - branch.rest_force_n > branch.contact_n) s.pulling = 0;
-    }
-    double stiffness = branch.stiffness_n_per_m, damping = branch.damping_ns_per_m;
-    for (std::size_t k = branch.first_curved; k < branch.first_memory; ++k) {
-      double df_dx, df_dv;
-      if (!laws_[k].slopes(travel, rate, df_dx, df_dv) || !std::isfinite(df_dx + df_dv)) return static_cast<int>(b);
-      stiffness += df_dx;
-      damping += df_dv;
-    }
-    s.stiffness_n_per_m = s.pulling * s.followed * stiffness;
-    s.damping_ns_per_m = s.pulling * damping;
-    std::size_t state = branch.first_state;
-    for (std::size_t k = branch.first_memory; k < branch.last_law; ++k) {
-      const LawMemory& memory = laws_[k].kind->memory;
-      *laws = {};
-      const double seen = memory.jump ? free_rate(branch, rate) : rate;
-      if (!memory.slopes(laws_[k].values, travel, seen, z + state, *laws++)) return static_cast<int>(b);
-      state += static_cast<std::size_t>(memory.states);
-    }
+    if (!slopes_of(b, z, elements[b], laws)) return static_cast<int>(b);
+    laws += branches_[b].last_law - branches_[b].first_memory;
   }
   return all_defined;
 }
@@ -271,7 +279,7 @@ Index Motion::memory_laws() const {
 }
 
 int Motion::slopes(const double* q, const double* v, const double* z, Slopes& result) {
-  load(q, v);
+  place(q, v);
   std::vector<ElementSlopes> elements(branches_.size());
   std::vector<MemorySlopes> laws(static_cast<std::size_t>(memory_laws()));
   if (const int element = slopes_here(z, elements.data(), laws.data()); element >= 0) return element;
@@ -329,7 +337,7 @@ int Motion::slopes(const double* q, const double* v, const double* z, Slopes& re
 }
 
 Motion::Energy Motion::energy(const double* q, const double* v, const double* z) {
-  load(q, v);
+  place(q, v);
   Energy result;
   for (std::size_t i = 0; i < mass_.size(); ++i) result.kinetic_j += 0.5 * mass_[i] * v[i] * v[i];
   // Reaction to the part of each element's force that is not the gradient of its energy, gathered at the nodes.
@@ -380,13 +388,6 @@ Motion::Energy Motion::energy(const double* q, const double* v, const double* z)
   }
   for (std::size_t node = 0; node < x_.size(); ++node) result.input_w += applied_[node] * v_[node];
   return result;
-}
-
-std::vector<Motion::Weight> Motion::weights(Index node) const {
-  if (node < masses()) return {{node, 1.0}};
-  for (const RigidPoint& point : points_)
-    if (static_cast<Index>(point.node) == node) return point.weights;
-  return {};
 }
 
 double Motion::travel(int element) const {

@@ -39,6 +39,9 @@ class Motion {
   /// The same with memories z (s); their rates z' are written to `z_rate`. The overload above has them at rest.
   int accelerations(const double* q, const double* v, const double* z, double* a, double* z_rate);
 
+  /// Positions and velocities for what reads the evaluation before, without an evaluation.
+  void place(const double* q, const double* v);
+
   /// Fastest decay [1/s] of an internal state that yields at the speeds of the evaluation before: at rest friction with
   /// presliding has no rate.
   double fastest_yielding() const;
@@ -104,7 +107,7 @@ class Motion {
     double value;
   };
   /// What the displacement of a node is made of: a mass itself, the masses of a rigid point, nothing for the others.
-  std::vector<Weight> weights(Index node) const;
+  const std::vector<Weight>& weights(Index node) const { return weights_[static_cast<std::size_t>(node)]; }
   struct SensorPlace {
     SensorKind kind;
     Index from, to;
@@ -116,6 +119,8 @@ class Motion {
 
  private:
   friend class Tangent;
+  template <class V, int N>
+  friend class MatrixMotion;
   struct Branch {
     std::size_t from, to, first_law, last_law;
     std::size_t first_curved;                    // laws [first_curved, first_memory) are nonlinear ...
@@ -136,8 +141,8 @@ class Motion {
     std::size_t node;
     std::vector<Weight> weights;
   };
-  void load(const double* q, const double* v);
   double effective_travel(const Branch& branch, double travel) const;
+  bool slopes_of(std::size_t element, const double* z, ElementSlopes& slopes, MemorySlopes* laws);
   bool force(const Branch& branch, double travel, double rate, double free_rate, const double* z, double& sum,
              double* z_rate) const;
   bool element(const Branch& branch, double own_travel, double rate, double free_rate, const double* z, double& sum,
@@ -149,6 +154,7 @@ class Motion {
   std::vector<Branch> branches_;
   std::vector<Law> laws_;
   std::vector<RigidPoint> points_;  // the last nodes
+  std::vector<std::vector<Weight>> weights_;  // of every node
   std::vector<Drive> inputs_;
   std::vector<SensorPlace> sensors_;
   std::vector<double> x_, v_, force_, applied_;  // one entry a node

@@ -3,74 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "core/plant/linearise.hpp"
+#include "core/plant/matrix_motion.hpp"
 #include "core/plant/tangent.hpp"
 
 namespace wheelhop {
 namespace {
 
 constexpr double kMemorySpeed = 1;  // m/s, at which laws with memory are judged: fast travel of a damper
-
-/// Classical Runge-Kutta of fourth order on q' = v, v' = a(q, v, z), z' = g(q, v, z).
-class Stepper {
- public:
-  Stepper(Motion& motion, Tangent* tangent) : motion_(motion), tangent_(tangent) {
-    const Index n = motion.masses();
-    for (Vector* x : {&q_, &a1_, &a2_, &a3_, &a4_, &v2_, &v3_, &v4_}) x->setZero(n);
-    for (Vector* z : {&z_, &r1_, &r2_, &r3_, &r4_}) z->setZero(motion.memories());
-  }
-
-  /// First stage of the step from (q, v, z): the accelerations there, which an output may read as well.
-  int begin(const double* q, const double* v, const double* z) {
-    if (const int e = motion_.accelerations(q, v, z, a1_.data(), r1_.data()); e >= 0) return e;
-    return tangent_ ? tangent_->begin(motion_, z, a1_.data()) : Motion::all_defined;
-  }
-  const double* accelerations() const { return a1_.data(); }
-
-  /// The step of length h that was begun at (q, v, z), in place. Every stage is checked: a stage beyond the pole of an
-  /// end stop would read a force of the wrong sign and go on as if nothing had happened.
-  int finish(double h, double* q, double* v, double* z) {
-    const Index n = q_.size(), s = z_.size();
-    for (Index i = 0; i < n; ++i) {
-      q_[i] = q[i] + 0.5 * h * v[i];
-      v2_[i] = v[i] + 0.5 * h * a1_[i];
-    }
-    for (Index i = 0; i < s; ++i) z_[i] = z[i] + 0.5 * h * r1_[i];
-    if (int e = stage(0.5 * h, 2, v2_, a2_, r2_); e >= 0) return e;
-    for (Index i = 0; i < n; ++i) {
-      q_[i] = q[i] + 0.5 * h * v2_[i];
-      v3_[i] = v[i] + 0.5 * h * a2_[i];
-    }
-    for (Index i = 0; i < s; ++i) z_[i] = z[i] + 0.5 * h * r2_[i];
-    if (int e = stage(0.5 * h, 2, v3_, a3_, r3_); e >= 0) return e;
-    for (Index i = 0; i < n; ++i) {
-      q_[i] = q[i] + h * v3_[i];
-      v4_[i] = v[i] + h * a3_[i];
-    }
-    for (Index i = 0; i < s; ++i) z_[i] = z[i] + h * r3_[i];
-    if (int e = stage(h, 1, v4_, a4_, r4_); e >= 0) return e;
-    for (Index i = 0; i < n; ++i) {
-      q[i] += h / 6 * (v[i] + 2 * (v2_[i] + v3_[i]) + v4_[i]);
-      v[i] += h / 6 * (a1_[i] + 2 * (a2_[i] + a3_[i]) + a4_[i]);
-    }
-    for (Index i = 0; i < s; ++i) z[i] += h / 6 * (r1_[i] + 2 * (r2_[i] + r3_[i]) + r4_[i]);
-    if (tangent_) tangent_->finish(h);
-    return Motion::all_defined;
-  }
-
- private:
-  int stage(double c, double weight, const Vector& v, Vector& a, Vector& r) {
-    if (const int e = motion_.accelerations(q_.data(), v.data(), z_.data(), a.data(), r.data()); e >= 0) return e;
-    return tangent_ ? tangent_->stage(c, weight, motion_, z_.data(), a.data()) : Motion::all_defined;
-  }
-
-  Motion& motion_;
-  Tangent* const tangent_;
-  Vector q_, v2_, v3_, v4_, a1_, a2_, a3_, a4_;
-  Vector z_, r1_, r2_, r3_, r4_;
-};
 
 void check_shapes(const Plant& plant, Index memories, ConstMatrixRef drive, const SimulateOptions& options) {
   if (drive.rows() != plant.input_count())
@@ -104,93 +48,411 @@ Index steps_for(double fastest, double hold_s, Index least, Index most) {
   return static_cast<Index>(std::clamp(steps, static_cast<double>(least), static_cast<double>(most)));
 }
 
-}  // namespace
+/// One simulation on its way.
+struct Lane {
+  Lane(const Plant& of, ConstMatrixRef its_drive, const SimulateOptions& its_options)
+      : plant(of), drive(its_drive), options(its_options), motion(of) {}
 
-Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options, Tangent* tangent) {
-  Motion motion(plant);
-  check_shapes(plant, motion.memories(), drive, options);
-  const double hold_s = 1 / plant.hold_hz();
-  const Index n = plant.mass_count(), m = plant.input_count(), N = drive.cols();
-  const Index size = 2 * n + motion.memories();
-  const Index kept = (N - options.lead_samples - 1) / options.decimation + 1;
-
-  Simulation result;
-  const auto fail = [&](Status status, std::string message, Index column, double time_s) {
+  void fail(Status status, std::string message, Index column, double time_s) {
     result.status = status;
     result.message = std::move(message);
     result.failure_time_s = time_s;
-    result.states.conservativeResize(size, column);
+    result.states.conservativeResize(size(), column);
     result.outputs.conservativeResize(plant.sensor_count(), column);
-    return result;
-  };
-  const double start_s = -static_cast<double>(options.lead_samples) * hold_s;
-  if (!all_finite(drive) || !all_finite(options.sampled_drive) || !all_finite(options.initial_state))
-    return fail(Status::not_finite, "the drive or the initial state is not finite", 0, start_s);
+    going = false;
+  }
+  Index size() const { return 2 * motion.masses() + motion.memories(); }
+  double start_s() const { return -static_cast<double>(options.lead_samples) / plant.hold_hz(); }
 
-  Vector state = Vector::Zero(size);
+  const Plant& plant;
+  const ConstMatrixRef drive;
+  const SimulateOptions& options;
+  Motion motion;
+  Simulation result;
+  Vector state;  // at the start
+  bool going = true;
+};
+
+void start(Lane& lane) {
+  const Plant& plant = lane.plant;
+  const SimulateOptions& options = lane.options;
+  check_shapes(plant, lane.motion.memories(), lane.drive, options);
+  if (!all_finite(lane.drive) || !all_finite(options.sampled_drive) || !all_finite(options.initial_state))
+    return lane.fail(Status::not_finite, "the drive or the initial state is not finite", 0, lane.start_s());
+  lane.state = Vector::Zero(lane.size());
   if (options.initial_state.size() != 0) {
-    state.head(options.initial_state.size()) = options.initial_state;
+    lane.state.head(options.initial_state.size()) = options.initial_state;
   } else if (options.from_equilibrium) {
-    const Equilibrium equilibrium = static_equilibrium(plant, drive.col(0));
-    if (equilibrium.status != Status::ok) return fail(equilibrium.status, equilibrium.message, 0, start_s);
-    state.head(n) = equilibrium.positions;
+    const Equilibrium equilibrium = static_equilibrium(plant, lane.drive.col(0));
+    if (equilibrium.status != Status::ok)
+      return lane.fail(equilibrium.status, equilibrium.message, 0, lane.start_s());
+    lane.state.head(plant.mass_count()) = equilibrium.positions;
   }
-  result.states.resize(size, kept);
-  result.outputs.resize(plant.sensor_count(), kept);
+  const Index kept = (lane.drive.cols() - options.lead_samples - 1) / options.decimation + 1;
+  lane.result.states.resize(lane.size(), kept);
+  lane.result.outputs.resize(plant.sensor_count(), kept);
+}
 
-  const bool adapts = motion.memories() > 0 && options.most_substeps > options.substeps;
-  Index substeps = options.substeps;
-  Stepper stepper(motion, tangent);
-  Vector u_rate = Vector::Zero(m), u_step = u_rate;
-  double* const q = state.data();
-  double* const v = state.data() + n;
-  double* const z = state.data() + 2 * n;
-  const auto left_domain = [&](int element, Index column, Index k) {
-    const double time_s = start_s + static_cast<double>(k) * hold_s;
-    return fail(Status::outside_domain,
-                fmt::format("element \"{}\" left the domain of its laws at t = {:.6g} s (travel {:.6g} m): the drive "
-                            "is too strong for this plant, or the step of {:.6g} s too long",
-                            plant.elements[static_cast<std::size_t>(element)].name, time_s, motion.travel(element),
-                            hold_s / static_cast<double>(substeps)),
-                column, time_s);
-  };
-  Index column = 0;
-  for (Index k = 0; k < N; ++k) {
-    if (k > 0)
-      for (Index i = 0; i < m; ++i) {
-        u_step[i] = drive(i, k) - drive(i, k - 1);
-        u_rate[i] = u_step[i] / hold_s;
+/// Classical Runge-Kutta of fourth order on q' = v, v' = a(q, v, z), z' = g(q, v, z), for one plant or four.
+template <class V, int N>
+class March {
+ public:
+  March(const std::vector<Lane*>& lanes, Tangent* tangent)
+      : lanes_(lanes),
+        first_(*lanes[0]),
+        tangent_(tangent),
+        equations_(motions(lanes)),
+        n_(equations_.masses()),
+        s_(equations_.memories()),
+        inputs_(static_cast<std::size_t>(first_.motion.inputs())),
+        substeps_(first_.options.substeps) {
+    for (std::vector<V>* z : {&z_, &z_stage_, &r1_, &r2_, &r3_, &r4_}) z->assign(s_, V(0.0));
+    for (std::vector<V>* u : {&u_, &u_step_, &u_rate_, &u_felt_}) u->assign(inputs_, V(0.0));
+    for (const Lane* lane : lanes)
+      drives_.push_back({lane->drive.data(), lane->drive.outerStride(), lane->drive.cols() - 1});
+    told_.resize(2 * inputs_);
+    state_.resize(2 * n_ + s_);
+    acceleration_.resize(n_);
+    rates_.resize(s_);
+    for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
+      const auto l = static_cast<int>(lane);
+      for (std::size_t i = 0; i < n_; ++i) {
+        lanes::put(q_[i], l, lanes[lane]->state[static_cast<Index>(i)]);
+        lanes::put(v_[i], l, lanes[lane]->state[static_cast<Index>(n_ + i)]);
       }
-    if (tangent) tangent->step_memories(motion, k, u_step.data(), z);
-    motion.step_memories(u_step.data(), z);
-    const bool apart = options.sampled_drive.size() != 0;
-    motion.set_inputs(apart ? options.sampled_drive.col(k).data() : drive.col(k).data(), u_rate.data());
-    if (tangent) tangent->set_inputs(motion, k, apart, hold_s);
-    bool begun = false;
-    if (k >= options.lead_samples && (k - options.lead_samples) % options.decimation == 0) {
-      if (int e = stepper.begin(q, v, z); e >= 0) return left_domain(e, column, k);
-      motion.outputs(q, v, stepper.accelerations(), result.outputs.col(column).data());
-      result.states.col(column) = state;
-      if (tangent) tangent->read(motion, column);
-      ++column;
-      begun = !apart;  // under another drive the first stage is another one
-    }
-    if (k + 1 == N) break;  // nobody asks for the state after the last sample
-    if (apart) motion.set_inputs(drive.col(k).data(), u_rate.data());
-    if (apart && tangent) tangent->set_inputs(motion, k, false, hold_s);
-    for (Index s = 0; s < substeps; ++s) {
-      if (!begun)
-        if (int e = stepper.begin(q, v, z); e >= 0) return left_domain(e, column, k);
-      if (adapts && s == 0)
-        substeps = steps_for(motion.fastest_yielding(), hold_s, options.substeps, options.most_substeps);
-      const double h = hold_s / static_cast<double>(substeps);
-      if (int e = stepper.finish(h, q, v, z); e >= 0) return left_domain(e, column, k);
-      begun = false;
+      for (std::size_t i = 0; i < s_; ++i) lanes::put(z_[i], l, lanes[lane]->state[static_cast<Index>(2 * n_ + i)]);
     }
   }
-  if (!all_finite(result.states) || !all_finite(result.outputs))
-    return fail(Status::not_finite, "the state grew beyond all numbers", 0, start_s);
-  return result;
+
+  void run() {
+    const double hold_s = 1 / first_.plant.hold_hz();
+    const SimulateOptions& options = first_.options;
+    const bool adapts = s_ > 0 && options.most_substeps > options.substeps;
+    Index longest = 0, next_kept = options.lead_samples;
+    for (const Lane* lane : lanes_) longest = std::max(longest, lane->going ? lane->drive.cols() : 0);
+    for (k_ = 0; k_ < longest; ++k_) {
+      follow_drives(hold_s);
+      const bool kept = k_ == next_kept;
+      if (kept) next_kept += options.decimation;
+      const bool apart = options.sampled_drive.size() != 0;
+      bool begun = false;
+      if (kept) {
+        hold(true, hold_s);
+        if (!begin()) return;
+        keep();
+        begun = !apart;  // under another drive the first stage is another one
+      }
+      // Nobody asks for the state after the last sample.
+      bool last = true;
+      for (Lane* lane : lanes_) {
+        lane->going = lane->going && k_ + 1 < lane->drive.cols();
+        last = last && !lane->going;
+      }
+      if (last) return;
+      if (!kept || apart) hold(false, hold_s);
+      for (Index step = 0; step < substeps_; ++step) {
+        if (!begun && !begin()) return;
+        if (adapts && step == 0) {
+          const double* const x = state(0, q_, v_, z_);
+          first_.motion.place(x, x + n_);
+          substeps_ = steps_for(first_.motion.fastest_yielding(), hold_s, options.substeps, options.most_substeps);
+        }
+        if (!finish(hold_s / static_cast<double>(substeps_))) return;
+        begun = false;
+      }
+    }
+  }
+
+ private:
+  static std::vector<const Motion*> motions(const std::vector<Lane*>& lanes) {
+    std::vector<const Motion*> list;
+    for (const Lane* lane : lanes) list.push_back(&lane->motion);
+    return list;
+  }
+  /// Values of input i in interval k_; a lane whose drive has ended keeps its last.
+  V drive(std::size_t i) const {
+    return each_lane<V>([&](std::size_t lane) {
+      const DriveView& own = drives_[lane];
+      return own.values[own.stride * std::min(k_, own.last) + static_cast<Index>(i)];
+    });
+  }
+  V sampled_drive(std::size_t i) const {
+    return each_lane<V>([&](std::size_t lane) {
+      return lanes_[lane]->options.sampled_drive(static_cast<Index>(i), std::min(k_, drives_[lane].last));
+    });
+  }
+
+  /// The drives of interval k_, and their steps at its start, which memories that know what a step does follow at once.
+  void follow_drives(double hold_s) {
+    for (std::size_t i = 0; i < inputs_; ++i) {
+      const V now = drive(i);
+      u_step_[i] = k_ > 0 ? now - u_[i] : V(0.0);
+      u_rate_[i] = u_step_[i] / V(hold_s);
+      u_[i] = now;
+    }
+    if (s_ == 0) return;
+    for (std::size_t lane = 0; lane < lanes_.size(); ++lane) {
+      const auto l = static_cast<int>(lane);
+      for (std::size_t i = 0; i < s_; ++i) state_[i] = lanes::at(z_[i], l);
+      for (std::size_t i = 0; i < inputs_; ++i) told_[i] = lanes::at(u_step_[i], l);
+      if (tangent_) tangent_->step_memories(first_.motion, k_, told_.data(), state_.data());
+      lanes_[lane]->motion.step_memories(told_.data(), state_.data());
+      for (std::size_t i = 0; i < s_; ++i) lanes::put(z_[i], l, state_[i]);
+    }
+  }
+
+  /// @param sampled the drive that accelerations at the sample itself read, else that of the interval behind it
+  void hold(bool sampled, double hold_s) {
+    sampled = sampled && first_.options.sampled_drive.size() != 0;
+    u_felt_ = u_;
+    if (sampled)
+      for (std::size_t i = 0; i < inputs_; ++i) u_felt_[i] = sampled_drive(i);
+    equations_.hold(u_felt_.data(), u_rate_.data());
+    if (!tangent_) return;
+    tell_inputs(0);
+    tangent_->set_inputs(first_.motion, k_, sampled, hold_s);
+  }
+
+  /// The motion of a lane gets the inputs that are held now.
+  void tell_inputs(std::size_t lane) {
+    for (std::size_t i = 0; i < inputs_; ++i) {
+      told_[i] = lanes::at(u_felt_[i], static_cast<int>(lane));
+      told_[inputs_ + i] = lanes::at(u_rate_[i], static_cast<int>(lane));
+    }
+    lanes_[lane]->motion.set_inputs(told_.data(), told_.data() + inputs_);
+  }
+
+  /// State of a lane as [q; v; z].
+  const double* state(std::size_t lane, const PerMass<V, N>& q, const PerMass<V, N>& v, const std::vector<V>& z) {
+    for (std::size_t i = 0; i < n_; ++i) {
+      state_[i] = lanes::at(q[i], static_cast<int>(lane));
+      state_[n_ + i] = lanes::at(v[i], static_cast<int>(lane));
+    }
+    for (std::size_t i = 0; i < s_; ++i) state_[2 * n_ + i] = lanes::at(z[i], static_cast<int>(lane));
+    return state_.data();
+  }
+  const double* accelerations(std::size_t lane, const PerMass<V, N>& a) {
+    for (std::size_t i = 0; i < n_; ++i) acceleration_[i] = lanes::at(a[i], static_cast<int>(lane));
+    return acceleration_.data();
+  }
+
+  /// Readings and states at the sample that was begun.
+  void keep() {
+    for (std::size_t lane = 0; lane < lanes_.size(); ++lane) {
+      Lane& own = *lanes_[lane];
+      if (!own.going) continue;
+      tell_inputs(lane);
+      const double* const x = state(lane, q_, v_, z_);
+      own.motion.outputs(x, x + n_, accelerations(lane, a1_), own.result.outputs.col(column_).data());
+      std::copy_n(x, own.size(), own.result.states.col(column_).data());
+    }
+    if (tangent_) tangent_->read(first_.motion, column_);
+    ++column_;
+  }
+
+  /// Lanes that have left the domain of their laws end here. False if none goes on.
+  [[gnu::noinline]] bool still_inside(Truth<V> inside, PerMass<V, N> q, PerMass<V, N> v, const std::vector<V>& z) {
+    bool any = false;
+    for (std::size_t lane = 0; lane < lanes_.size(); ++lane) {
+      Lane& own = *lanes_[lane];
+      if (!own.going) continue;
+      if constexpr (std::is_same_v<V, Lanes>) {
+        if (inside[static_cast<int>(lane)]) {
+          any = true;
+          continue;
+        }
+      }
+      tell_inputs(lane);
+      const double* const x = state(lane, q, v, z);
+      left_domain(own, own.motion.accelerations(x, x + n_, x + 2 * n_, acceleration_.data(), rates_.data()));
+    }
+    return any;
+  }
+  void left_domain(Lane& lane, int element) const {
+    element = std::max(element, 0);  // a sum of finite forces that is not finite: any of them
+    const double hold_s = 1 / lane.plant.hold_hz(), time_s = lane.start_s() + static_cast<double>(k_) * hold_s;
+    lane.fail(Status::outside_domain,
+              fmt::format("element \"{}\" left the domain of its laws at t = {:.6g} s (travel {:.6g} m): the drive "
+                          "is too strong for this plant, or the step of {:.6g} s too long",
+                          lane.plant.elements[static_cast<std::size_t>(element)].name, time_s,
+                          lane.motion.travel(element), hold_s / static_cast<double>(substeps_)),
+              column_, time_s);
+  }
+
+  /// One evaluation, and what the tangent makes of it.
+  [[gnu::always_inline]] bool evaluate(const PerMass<V, N>& q, const PerMass<V, N>& v, const std::vector<V>& z,
+                                       PerMass<V, N>& a, std::vector<V>& r) {
+    const Truth<V> inside = equations_.accelerations(q, v, z.data(), a, r.data());
+    return all(inside) || still_inside(inside, q, v, z);
+  }
+
+  /// First stage of a step: the accelerations there, which an output may read as well.
+  [[gnu::always_inline]] bool begin() {
+    if (!evaluate(q_, v_, z_, a1_, r1_)) return false;
+    return !tangent_ || tangent_begins();
+  }
+  [[gnu::noinline]] bool tangent_begins() {
+    const double* const x = state(0, q_, v_, z_);
+    first_.motion.place(x, x + n_);
+    return tangent_inside(tangent_->begin(first_.motion, x + 2 * n_, accelerations(0, a1_)));
+  }
+  [[gnu::always_inline]] bool stage(double c, double weight, const PerMass<V, N>& q, const PerMass<V, N>& v, PerMass<V, N>& a,
+             std::vector<V>& r) {
+    if (!evaluate(q, v, z_stage_, a, r)) return false;
+    return !tangent_ || tangent_follows(c, weight, q, v, a);
+  }
+  [[gnu::noinline]] bool tangent_follows(double c, double weight, PerMass<V, N> q, PerMass<V, N> v, PerMass<V, N> a) {
+    const double* const x = state(0, q, v, z_stage_);
+    first_.motion.place(x, x + n_);
+    return tangent_inside(tangent_->stage(c, weight, first_.motion, x + 2 * n_, accelerations(0, a)));
+  }
+  bool tangent_inside(int element) {
+    if (element >= 0) left_domain(first_, element);
+    return element < 0;
+  }
+
+  struct Stages {
+    explicit Stages(std::size_t n) : q(n), v2(n), v3(n), v4(n), a2(n), a3(n), a4(n) {}
+    PerMass<V, N> q, v2, v3, v4, a2, a3, a4;
+  };
+  /// The step of length h that was begun. Every stage is checked: one beyond the pole of an end stop would read a force
+  /// of the wrong sign and go on as if nothing had happened.
+  [[gnu::always_inline]] bool finish(double h) {
+    if constexpr (N == 0) return finish(h, stages_);
+    Stages in_registers(n_);
+    return finish(h, in_registers);
+  }
+  [[gnu::always_inline]] bool finish(double h, Stages& stages) {
+    auto& [q, v2, v3, v4, a2, a3, a4] = stages;
+    const std::size_t n = equations_.masses();
+    const V half = 0.5 * h, whole = h, sixth = h / 6, two = 2.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      q[i] = q_[i] + half * v_[i];
+      v2[i] = v_[i] + half * a1_[i];
+    }
+    for (std::size_t i = 0; i < s_; ++i) z_stage_[i] = z_[i] + half * r1_[i];
+    if (!stage(0.5 * h, 2, q, v2, a2, r2_)) return false;
+    for (std::size_t i = 0; i < n; ++i) {
+      q[i] = q_[i] + half * v2[i];
+      v3[i] = v_[i] + half * a2[i];
+    }
+    for (std::size_t i = 0; i < s_; ++i) z_stage_[i] = z_[i] + half * r2_[i];
+    if (!stage(0.5 * h, 2, q, v3, a3, r3_)) return false;
+    for (std::size_t i = 0; i < n; ++i) {
+      q[i] = q_[i] + whole * v3[i];
+      v4[i] = v_[i] + whole * a3[i];
+    }
+    for (std::size_t i = 0; i < s_; ++i) z_stage_[i] = z_[i] + whole * r3_[i];
+    if (!stage(h, 1, q, v4, a4, r4_)) return false;
+    for (std::size_t i = 0; i < n; ++i) {
+      q_[i] += sixth * (v_[i] + two * (v2[i] + v3[i]) + v4[i]);
+      v_[i] += sixth * (a1_[i] + two * (a2[i] + a3[i]) + a4[i]);
+    }
+    for (std::size_t i = 0; i < s_; ++i) z_[i] += sixth * (r1_[i] + two * (r2_[i] + r3_[i]) + r4_[i]);
+    if (tangent_) tangent_->finish(h);
+    return true;
+  }
+
+  const std::vector<Lane*>& lanes_;
+  Lane& first_;
+  Tangent* const tangent_;  // of the first lane, the only one then
+  MatrixMotion<V, N> equations_;
+  const std::size_t n_, s_, inputs_;
+  Index substeps_, k_ = 0, column_ = 0;
+  PerMass<V, N> q_{n_}, v_{n_}, a1_{n_};
+  Stages stages_{n_};
+  std::vector<V> z_, z_stage_, r1_, r2_, r3_, r4_, u_, u_step_, u_rate_, u_felt_;
+  struct DriveView {
+    const double* values;
+    Index stride, last;
+  };
+  std::vector<DriveView> drives_;
+  std::vector<double> told_, state_, acceleration_, rates_;  // of single lanes
+};
+
+/// Runs one simulation, or up to four that are `in_step`.
+void march(std::vector<Lane*> lanes, Tangent* tangent) {
+  std::vector<Lane> idle;  // what fills the register
+  idle.reserve(Lanes::count);
+  while (lanes.size() > 1 && lanes.size() < Lanes::count) {
+    idle.emplace_back(lanes[0]->plant, lanes[0]->drive, lanes[0]->options).going = false;
+    idle.back().state = lanes[0]->state;
+    lanes.push_back(&idle.back());
+  }
+  const auto run = [&]<class V>(V) {
+    switch (lanes[0]->motion.masses()) {
+      case 1: return March<V, 1>(lanes, tangent).run();
+      case 2: return March<V, 2>(lanes, tangent).run();
+      case 3: return March<V, 3>(lanes, tangent).run();
+      default: return March<V, 0>(lanes, tangent).run();
+    }
+  };
+  if (lanes.size() == 1)
+    run(double{});
+  else
+    run(Lanes{});
+}
+
+/// True if two simulations can share a vector register: the same masses, graph and laws, whatever their values, and the
+/// same steps. Memories choose their own number of steps.
+bool in_step(const Lane& a, const Lane& b) {
+  const Plant &one = a.plant, &other = b.plant;
+  const auto same = [](const auto& list, const auto& others, auto&& equal) {
+    return std::equal(list.begin(), list.end(), others.begin(), others.end(), equal);
+  };
+  const auto law = [](const Law& x, const Law& y) { return x.kind == y.kind && x.values.size() == y.values.size(); };
+  return a.motion.memories() == 0 && one.hold_hz() == other.hold_hz() &&
+         a.options.substeps == b.options.substeps && a.options.decimation == b.options.decimation &&
+         a.options.lead_samples == b.options.lead_samples &&
+         (a.options.sampled_drive.size() == 0) == (b.options.sampled_drive.size() == 0) &&
+         same(one.masses, other.masses, [](const Mass& x, const Mass& y) { return x.name == y.name; }) &&
+         same(one.points, other.points,
+              [](const Point& x, const Point& y) { return x.name == y.name && x.weights == y.weights; }) &&
+         same(one.inputs, other.inputs,
+              [](const PlantInput& x, const PlantInput& y) {
+                return x.name == y.name && x.kind == y.kind && x.from == y.from && x.to == y.to;
+              }) &&
+         same(one.elements, other.elements,
+              [&](const Element& x, const Element& y) {
+                return x.from == y.from && x.to == y.to && same(x.laws, y.laws, law);
+              });
+}
+
+/// What a lane has found, once it has come to its end.
+Simulation result_of(Lane& lane) {
+  if (lane.result.status == Status::ok && (!all_finite(lane.result.states) || !all_finite(lane.result.outputs)))
+    lane.fail(Status::not_finite, "the state grew beyond all numbers", 0, lane.start_s());
+  return std::move(lane.result);
+}
+
+}  // namespace
+
+Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options, Tangent* tangent) {
+  Lane lane(plant, drive, options);
+  start(lane);
+  if (lane.going) march({&lane}, tangent);
+  return result_of(lane);
+}
+
+std::vector<Simulation> simulate_side_by_side(const std::vector<SimulationTask>& tasks) {
+  std::vector<Lane> lanes;
+  lanes.reserve(tasks.size());
+  for (const SimulationTask& task : tasks) start(lanes.emplace_back(*task.plant, *task.drive, task.options));
+  std::vector<Lane*> open;
+  for (Lane& lane : lanes)
+    if (lane.going) open.push_back(&lane);
+  while (!open.empty()) {
+    std::vector<Lane*> together = {open.front()}, later;
+    for (std::size_t i = 1; i < open.size(); ++i) {
+      const bool fits = together.size() < Lanes::count && in_step(*open.front(), *open[i]);
+      (fits ? together : later).push_back(open[i]);
+    }
+    open = std::move(later);
+    march(together, nullptr);
+  }
+  std::vector<Simulation> results;
+  for (Lane& lane : lanes) results.push_back(result_of(lane));
+  return results;
 }
 
 Index stable_substeps(const Plant& plant, Index cap) {

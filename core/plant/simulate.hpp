@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/base/status.hpp"
 #include "core/data/signal.hpp"
@@ -58,6 +59,18 @@ struct Simulation {
 /// @param tangent carried along, made for this plant and as many samples as are kept; nullptr: none
 Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options = {},
                     Tangent* tangent = nullptr);
+
+/// One of several simulations.
+struct SimulationTask {
+  const Plant* plant;
+  const Matrix* drive;
+  SimulateOptions options = {};
+};
+
+/// The same results as one `simulate` after the other, to round-off, with statuses of their own. Those of equal graph,
+/// laws and steps run four at a time, a lane of a vector register each, as long as they have no memories: realisations,
+/// records of one plant, variations of its parameters. Of four, the time is about that of one and a half.
+std::vector<Simulation> simulate_side_by_side(const std::vector<SimulationTask>& tasks);
 
 /// Substeps with which every pole of the plant linearised at zero lies well inside the stability region of the
 /// integrator, |s| h <= 2, at most `cap`. Smoothed friction is stiffest there; an end stop is not seen. Internal states

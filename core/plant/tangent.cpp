@@ -4,88 +4,75 @@
 #include <cmath>
 
 namespace wheelhop {
-namespace {
-
-constexpr std::size_t kLanes = 4;  // doubles of a vector register: rows are padded to whole ones
 
 using Size = std::size_t;
 
-/// What holds `count` numbers in whole registers; what stands behind them in a row is never read.
-Size filled(Size count) { return (count + kLanes - 1) / kLanes * kLanes; }
-
-/// y += factor * x, of different rows
-void add(Size count, double factor, const double* x, double* y) {
-  if (factor == 0) return;
-  const Size n = filled(count);
-#pragma GCC ivdep
-  for (Size c = 0; c < n; ++c) y[c] += factor * x[c];
-}
-
-/// y = x + factor * slope
-void advance(Size count, const double* x, double factor, const double* slope, double* y) {
-  const Size n = filled(count);
-#pragma GCC ivdep
-  for (Size c = 0; c < n; ++c) y[c] = x[c] + factor * slope[c];
-}
-
-/// Changes of an element's travel and rate between its ends, and what its laws without memory add to its force.
-void respond(Size count, const Motion::ElementSlopes& slopes, const double* x0, const double* x1, const double* w0,
-             const double* w1, double* travel, double* rate, double* force) {
-  const double stiffness = slopes.stiffness_n_per_m, damping = slopes.damping_ns_per_m;
-  const Size n = filled(count);
-#pragma GCC ivdep
-  for (Size c = 0; c < n; ++c) {
-    const double dx = x1[c] - x0[c], dv = w1[c] - w0[c];
-    travel[c] = dx;
-    rate[c] = dv;
-    force[c] += stiffness * dx + damping * dv;
-  }
-}
-
-}  // namespace
-
 Tangent::Tangent(const Plant& plant, const std::vector<Variation>& variations, Index kept_samples)
     : variations_(variations), masses_(static_cast<Size>(plant.mass_count())), active_(variations.size()) {
-  const Motion motion(plant);
+  Motion motion(plant);
   memories_ = static_cast<Size>(motion.memories());
-  stride_ = filled(active_);
-  const auto rows = [&](Rows& r, Size count) { r.resize(static_cast<Index>(count), static_cast<Index>(stride_)); };
-  const auto nodes = static_cast<Size>(motion.node_count());
-  for (Rows* r : {&q_, &v_, &a_, &sum_q_, &sum_v_}) rows(*r, masses_);
-  for (Rows* r : {&z_, &y_, &r_, &sum_z_, &own_rate_}) rows(*r, memories_);
-  for (Rows* r : {&x_, &w_, &force_, &applied_}) rows(*r, nodes);
-  for (Rows* r : {&travel_, &rate_, &free_rate_}) rows(*r, 1);
-  rows(own_force_, plant.elements.size());
+  const Size n = masses_, size = 2 * n + memories_;
   elements_.resize(plant.elements.size());
   laws_.resize(static_cast<Size>(motion.memory_laws()));
   here_.resize(memories_);
   there_.resize(memories_);
+  accelerations_.resize(n);
+  scratch_.resize(3 * n + 2 * memories_ + 1);
   for (const Law& law : motion.laws_) gradients_.emplace_back(law.values.size());
-  known_.resize(motion.laws_.size());
+  asked_.assign(motion.laws_.size(), 0);
   neighbour_of_.assign(active_, active_);
   defined.assign(active_, 1);
   outputs.assign(active_, Matrix::Zero(plant.sensor_count(), kept_samples));
+  for (Rows* rows : {&state_, &stage_, &sum_}) rows->resize(size, active_);
+  own_rate_.resize(memories_, active_);
+  shares_.resize(n, active_);
+  inputs_.resize(2 * motion.inputs_.size(), active_);
+  applied_.resize(n, active_);
+  Size memory_law = 0;
+  for (Size b = 0; b < motion.branches_.size(); ++b) {
+    const Motion::Branch& branch = motion.branches_[b];
+    Part part{std::vector<double>(n), std::vector<double>(n), branch.driven, branch.driven_sign,
+              !branch.modified && branch.first_curved == branch.last_law, memory_law, {}};
+    for (const Motion::Weight& weight : motion.weights(static_cast<Index>(branch.to)))
+      part.g[static_cast<Size>(weight.mass)] += weight.value;
+    for (const Motion::Weight& weight : motion.weights(static_cast<Index>(branch.from)))
+      part.g[static_cast<Size>(weight.mass)] -= weight.value;
+    for (Size i = 0; i < n; ++i) part.pull[i] = part.g[i] * motion.inverse_mass_[i];
+    if (part.constant) elements_[b] = {branch.stiffness_n_per_m, branch.damping_ns_per_m, 1, 1};
+    memory_law += branch.last_law - branch.first_memory;
+    parts_.push_back(std::move(part));
+  }
   for (Size c = 0; c < active_; ++c) {
     const Variation& variation = variations_[c];
     if (variation.drive.size() > 0) driven_.push_back(c);
     if (variation.neighbour) add_neighbour(plant, motion, c);
-    if (variation.initial.size() == 0) continue;
-    const double* const initial = variation.initial.data();
-    for (Size i = 0; i < masses_; ++i) {
-      q_.row(i)[c] = initial[i];
-      v_.row(i)[c] = initial[masses_ + i];
-    }
-    const Size known = static_cast<Size>(variation.initial.size()) - 2 * masses_;
-    for (Size i = 0; i < known; ++i) z_.row(i)[c] = initial[2 * masses_ + i];
+    for (Size i = 0; i < static_cast<Size>(variation.initial.size()); ++i)
+      state_.set(i, c, variation.initial[static_cast<Index>(i)]);
   }
+  terms_.resize(term_values_.size(), active_);
+  for (Size row = 0; row < term_values_.size(); ++row)
+    for (Size c = 0; c < active_; ++c) terms_.set(row, c, term_values_[row][c]);
+}
+
+/// The row of a term of an element, which is added where it is the first of its kind.
+Size Tangent::term_row(Size element, const Term& term) {
+  std::vector<Term>& terms = parts_[element].terms;
+  for (const Term& known : terms)
+    if (known.by == term.by && known.law == term.law && known.value == term.value) return known.row;
+  terms.push_back(term);
+  terms.back().row = term_values_.size();
+  term_values_.emplace_back(variations_.size(), 0.0);
+  return terms.back().row;
 }
 
 void Tangent::add_neighbour(const Plant& plant, const Motion& motion, Size direction) {
   const Plant& other = *variations_[direction].neighbour;
   const double step = variations_[direction].step;
   for (Size i = 0; i < masses_; ++i)
-    if (const double mass = plant.masses[i].mass_kg, moved = other.masses[i].mass_kg; mass != moved)
-      own_masses_.push_back({direction, i, (mass / moved - 1) / step});
+    if (const double mass = plant.masses[i].mass_kg, moved = other.masses[i].mass_kg; mass != moved) {
+      shares_.set(i, direction, (mass / moved - 1) / step);
+      masses_change_ = true;
+    }
   Motion there(other);
   const Size before = changes_.size();
   for (Size b = 0; b < plant.elements.size(); ++b) {
@@ -94,28 +81,30 @@ void Tangent::add_neighbour(const Plant& plant, const Motion& motion, Size direc
     if (std::equal(plant.elements[b].laws.begin(), plant.elements[b].laws.end(), other.elements[b].laws.begin(),
                    same_values))
       continue;
+    const auto put = [&](const Term& term, double value) { term_values_[term_row(b, term)][direction] = value; };
     if (branch.modified) {  // a contact or clearance bounds what the laws do together
-      changes_.push_back({direction, b, OwnChange::whole});
+      changes_.push_back({direction, b, OwnChange::whole, term_row(b, {Term::own, 0})});
       continue;
     }
-    const double stiffness = moved.stiffness_n_per_m - branch.stiffness_n_per_m,
-                 damping = moved.damping_ns_per_m - branch.damping_ns_per_m;
-    if (stiffness != 0 || damping != 0)
-      changes_.push_back({direction, b, OwnChange::linear, stiffness / step, damping / step});
+    if (const double change = moved.stiffness_n_per_m - branch.stiffness_n_per_m; change != 0)
+      put({Term::travel, 0}, change / step);
+    if (const double change = moved.damping_ns_per_m - branch.damping_ns_per_m; change != 0)
+      put({Term::rate, 0}, change / step);
     Size state = branch.first_state;
     for (Size k = branch.first_curved; k < branch.last_law; ++k) {
       const Law &law = motion.laws_[k], &moved_law = there.laws_[k];
+      const bool remembers = k >= branch.first_memory;
       if (!same_values(law, moved_law)) {
-        OwnChange own{direction, b, k >= branch.first_memory ? OwnChange::memory : OwnChange::law, 0, 0, k, state};
-        if (law.kind->gradient && own.by == OwnChange::law) {
-          own.by = OwnChange::gradient;
+        if (law.kind->gradient && !remembers) {
           for (Size i = 0; i < law.values.size(); ++i)  // infinite in both where a key is absent
-            own.values.push_back(law.values[i] == moved_law.values[i] ? 0
-                                                                      : (moved_law.values[i] - law.values[i]) / step);
+            if (law.values[i] != moved_law.values[i])
+              put({Term::gradient, 0, k, i}, (moved_law.values[i] - law.values[i]) / step);
+        } else {
+          changes_.push_back({direction, b, remembers ? OwnChange::memory : OwnChange::law,
+                              term_row(b, {Term::own, 0}), k, state});
         }
-        changes_.push_back(std::move(own));
       }
-      if (k >= branch.first_memory) state += static_cast<Size>(law.states());
+      if (remembers) state += static_cast<Size>(law.states());
     }
   }
   if (changes_.size() == before) return;
@@ -141,9 +130,10 @@ void Tangent::step_memories(const Motion& motion, Index k, const double* step, c
           double change = 0;
           if (variation.drive.size() > 0 && k > 0)
             change = variation.drive(branch.driven, k) - variation.drive(branch.driven, k - 1);
-          for (Size i = 0; i < states; ++i) there[i] = z[state + i] + variation.step * z_.row(state + i)[c];
+          const Size row = 2 * masses_ + state;
+          for (Size i = 0; i < states; ++i) there[i] = z[state + i] + variation.step * state_.get(row + i, c);
           memory.jump(own.values, branch.driven_sign * (step[branch.driven] + variation.step * change), there);
-          for (Size i = 0; i < states; ++i) z_.row(state + i)[c] = (there[i] - after[i]) / variation.step;
+          for (Size i = 0; i < states; ++i) state_.set(row + i, c, (there[i] - after[i]) / variation.step);
         }
       }
       state += states;
@@ -161,12 +151,14 @@ void Tangent::set_inputs(const Motion& motion, Index k, bool sampled, double hol
       const auto at = static_cast<Index>(i);
       const double change = sampled && variations_[c].sampled.size() > 0 ? variations_[c].sampled(at, k) : drive(at, k);
       if (input.node >= 0) {
-        x_.row(static_cast<Size>(input.node))[c] = change;
-        w_.row(static_cast<Size>(input.node))[c] = k > 0 ? (drive(at, k) - drive(at, k - 1)) / hold_s : 0;
-      } else {
-        applied_.row(static_cast<Size>(input.from))[c] -= change;
-        applied_.row(static_cast<Size>(input.to))[c] += change;
+        inputs_.set(2 * i, c, change);
+        inputs_.set(2 * i + 1, c, k > 0 ? (drive(at, k) - drive(at, k - 1)) / hold_s : 0);
+        continue;
       }
+      for (const Motion::Weight& weight : motion.weights(input.from))
+        applied_.add(static_cast<Size>(weight.mass), c, -weight.value * change);
+      for (const Motion::Weight& weight : motion.weights(input.to))
+        applied_.add(static_cast<Size>(weight.mass), c, weight.value * change);
     }
   }
 }
@@ -176,27 +168,14 @@ bool Tangent::own_change(const Motion& motion, const OwnChange& own, const doubl
   const Motion::Branch& branch = motion.branches_[b];
   const double travel = motion.x_[branch.to] - motion.x_[branch.from];
   const double rate = motion.v_[branch.to] - motion.v_[branch.from];
-  double& force = own_force_.row(b)[c];
-  if (own.by == OwnChange::linear) {
-    force += own.stiffness_n_per_m * travel + own.damping_ns_per_m * rate;
-    return true;
-  }
-  const Law& law = motion.laws_[own.which];
-  if (own.by == OwnChange::gradient) {
-    std::vector<double>& gradient = gradients_[own.which];
-    if (!known_[own.which] && !law.kind->gradient(law.values, travel, rate, gradient.data())) return false;
-    known_[own.which] = 1;
-    for (Size i = 0; i < gradient.size(); ++i)
-      if (own.values[i] != 0) force += gradient[i] * own.values[i];
-    return true;
-  }
   const Motion& neighbour = neighbours_[neighbour_of_[c]];
+  const Law& law = motion.laws_[own.which];
   const Law& moved = neighbour.laws_[own.which];
   const double free = motion.free_rate(branch, rate), step = variations_[c].step;
   double here = 0, there = 0;
   if (own.by == OwnChange::law) {
     if (!law.force(travel, rate, here) || !moved.force(travel, rate, there)) return false;
-    force += (there - here) / step;
+    terms_.add(own.row, c, (there - here) / step);
     return true;
   }
   Size first = own.state, last = b + 1 < motion.branches_.size() ? motion.branches_[b + 1].first_state : memories_;
@@ -213,130 +192,186 @@ bool Tangent::own_change(const Motion& motion, const OwnChange& own, const doubl
         !neighbour.element(neighbour.branches_[b], travel, rate, free, z, there, there_.data()))
       return false;
   }
-  force += (there - here) / step;
-  for (Size i = first; i < last; ++i) own_rate_.row(i)[c] += (there_[i] - here_[i]) / step;
+  terms_.add(own.row, c, (there - here) / step);
+  for (Size i = first; i < last; ++i) own_rate_.add(i, c, (there_[i] - here_[i]) / step);
   return true;
 }
 
-void Tangent::own_changes(const Motion& motion, const double* z, const double* a) {
-  a_.clear();
-  own_force_.clear();
-  own_rate_.clear();
-  std::fill(known_.begin(), known_.end(), 0);
+/// Slopes of the laws at the present motion, and what neighbours change there: numbers common to all directions, and
+/// what is written direction by direction, well before vectors read it.
+int Tangent::prepare_stage(Motion& motion, const double* z, const double* a) {
+  std::copy_n(a, masses_, accelerations_.begin());
+  for (const OwnChange& own : changes_) {
+    terms_.set(own.row, own.direction, 0);
+    for (Size i = 0; i < memories_; ++i) own_rate_.set(i, own.direction, 0);
+  }
   for (const OwnChange& own : changes_)
     if (own.direction < active_ && defined[own.direction] && !own_change(motion, own, z)) defined[own.direction] = 0;
-  for (const OwnMass& own : own_masses_)
-    if (own.direction < active_) a_.row(own.mass)[own.direction] += own.share * a[own.mass];
-}
-
-int Tangent::evaluate(Motion& motion, const double* z, const double* a) {
-  // First what is written number by number: vectors that read it at once would wait for it.
-  own_changes(motion, z, a);
-  if (const int element = motion.slopes_here(z, elements_.data(), laws_.data()); element >= 0) return element;
-  for (const Motion::RigidPoint& point : motion.points_) {
-    std::fill_n(x_.row(point.node), active_, 0.0);
-    std::fill_n(w_.row(point.node), active_, 0.0);
-    for (const Motion::Weight& weight : point.weights) {
-      add(active_, weight.value, x_.row(static_cast<Size>(weight.mass)), x_.row(point.node));
-      add(active_, weight.value, w_.row(static_cast<Size>(weight.mass)), w_.row(point.node));
-    }
-  }
-  force_ = applied_;
-  double* const travel = travel_.row(0);
-  double* const rate = rate_.row(0);
-  double* const free = free_rate_.row(0);
-  const MemorySlopes* law = laws_.data();
-  for (Size b = 0; b < elements_.size(); ++b) {
+  for (Size b = 0; b < parts_.size(); ++b) {
+    Part& part = parts_[b];
+    if (!part.constant && !motion.slopes_of(b, z, elements_[b], laws_.data() + part.first_law_slopes))
+      return static_cast<int>(b);
     const Motion::Branch& branch = motion.branches_[b];
-    const Motion::ElementSlopes& slopes = elements_[b];
-    double* const sum = own_force_.row(b);
-    respond(active_, slopes, x_.row(branch.from), x_.row(branch.to), w_.row(branch.from), w_.row(branch.to), travel,
-            rate, sum);
-    Size state = branch.first_state;
-    for (Size k = branch.first_memory; k < branch.last_law; ++k, ++law) {
-      const LawMemory& memory = motion.laws_[k].kind->memory;
-      const double* seen = rate;
-      if (memory.jump && branch.driven >= 0) {
-        const double* driven = w_.row(static_cast<Size>(motion.inputs_[static_cast<Size>(branch.driven)].node));
-        advance(active_, rate, -branch.driven_sign, driven, free);
-        seen = free;
+    const double travel = motion.x_[branch.to] - motion.x_[branch.from];
+    const double rate = motion.v_[branch.to] - motion.v_[branch.from];
+    for (Term& term : part.terms) {
+      if (term.by == Term::travel) term.factor = travel;
+      if (term.by == Term::rate) term.factor = rate;
+      if (term.by != Term::gradient) continue;
+      const Law& law = motion.laws_[term.law];
+      if (!asked_[term.law]) {
+        if (!law.kind->gradient(law.values, travel, rate, gradients_[term.law].data())) return static_cast<int>(b);
+        asked_[term.law] = 1;
       }
-      add(active_, slopes.pulling * slopes.followed * law->df_dx, travel, sum);
-      add(active_, slopes.pulling * law->df_dv, seen, sum);
-      const auto states = static_cast<Size>(memory.states);
-      for (Size i = 0; i < states; ++i) {
-        add(active_, slopes.pulling * law->df_dz[i], y_.row(state + i), sum);
-        double* const r = own_rate_.row(state + i);
-        add(active_, slopes.followed * law->dz_dx[i], travel, r);
-        add(active_, law->dz_dv[i], seen, r);
-        for (Size j = 0; j < states; ++j) add(active_, law->dz_dz[max_law_states * i + j], y_.row(state + j), r);
-      }
-      state += states;
+      term.factor = gradients_[term.law][term.value];
     }
-    add(active_, 1, sum, force_.row(branch.from));
-    add(active_, -1, sum, force_.row(branch.to));
+    for (const Term& term : part.terms)
+      if (term.by == Term::gradient) asked_[term.law] = 0;
   }
-  std::swap(r_, own_rate_);
-  for (const Motion::RigidPoint& point : motion.points_)
-    for (const Motion::Weight& weight : point.weights)
-      add(active_, weight.value, force_.row(point.node), force_.row(static_cast<Size>(weight.mass)));
-  for (Size i = 0; i < masses_; ++i) add(active_, motion.inverse_mass_[i], force_.row(i), a_.row(i));
   return Motion::all_defined;
 }
 
-int Tangent::begin(Motion& motion, const double* z, const double* a) {
-  for (Size i = 0; i < masses_; ++i) {
-    std::copy_n(q_.row(i), active_, x_.row(i));
-    std::copy_n(v_.row(i), active_, w_.row(i));
+/// Accelerations and rates of the memories of four directions at their positions x, velocities w and memories y.
+template <int N>
+[[gnu::always_inline]] inline void Tangent::evaluate(const Motion& motion, Size four, const Lanes* x, const Lanes* w,
+                                                     const Lanes* y, Lanes* a, Lanes* r) {
+  const Size n = N > 0 ? N : masses_;
+  if (masses_change_) {
+    const Lanes* const share = shares_.block(four);
+    for (Size i = 0; i < n; ++i) a[i] = share[i] * Lanes(accelerations_[i]);
+  } else {
+    for (Size i = 0; i < n; ++i) a[i] = 0.0;
   }
-  y_ = z_;
-  if (const int element = evaluate(motion, z, a); element >= 0) return element;
-  sum_q_ = v_;
-  sum_v_ = a_;
-  sum_z_ = r_;
+  if (!driven_.empty()) {
+    const Lanes* const applied = applied_.block(four);
+    for (Size i = 0; i < n; ++i) a[i] += Lanes(motion.inverse_mass_[i]) * applied[i];
+  }
+  const Lanes* const own_rate = own_rate_.block(four);
+  for (Size i = 0; i < memories_; ++i) r[i] = own_rate[i];
+  const Lanes* const rows = terms_.block(four);
+  for (Size b = 0; b < parts_.size(); ++b) {
+    const Part& part = parts_[b];
+    const Motion::ElementSlopes& slopes = elements_[b];
+    Lanes travel = 0.0, free = 0.0;
+    for (Size i = 0; i < n; ++i) {
+      travel += Lanes(part.g[i]) * x[i];
+      free += Lanes(part.g[i]) * w[i];
+    }
+    Lanes rate = free;
+    if (part.driven >= 0 && !driven_.empty()) {
+      const Lanes* const input = inputs_.block(four) + 2 * part.driven;
+      travel += Lanes(part.driven_sign) * input[0];
+      rate += Lanes(part.driven_sign) * input[1];
+    }
+    Lanes f = Lanes(slopes.stiffness_n_per_m) * travel + Lanes(slopes.damping_ns_per_m) * rate;
+    for (const Term& term : part.terms) f += Lanes(term.factor) * rows[term.row];
+    if (memories_ > 0) {
+      const Motion::Branch& branch = motion.branches_[b];
+      const MemorySlopes* law = laws_.data() + part.first_law_slopes;
+      Size state = branch.first_state;
+      for (Size k = branch.first_memory; k < branch.last_law; ++k, ++law) {
+        const LawMemory& memory = motion.laws_[k].kind->memory;
+        const Lanes seen = memory.jump ? free : rate;
+        f += Lanes(slopes.pulling * slopes.followed * law->df_dx) * travel + Lanes(slopes.pulling * law->df_dv) * seen;
+        const auto states = static_cast<Size>(memory.states);
+        for (Size i = 0; i < states; ++i) {
+          f += Lanes(slopes.pulling * law->df_dz[i]) * y[state + i];
+          Lanes& own = r[state + i];
+          own += Lanes(slopes.followed * law->dz_dx[i]) * travel + Lanes(law->dz_dv[i]) * seen;
+          for (Size j = 0; j < states; ++j) own += Lanes(law->dz_dz[max_law_states * i + j]) * y[state + j];
+        }
+        state += states;
+      }
+    }
+    for (Size i = 0; i < n; ++i) a[i] -= Lanes(part.pull[i]) * f;
+  }
+}
+
+/// The stage c after the start of the step for all directions; the first one for `first`.
+template <int N>
+void Tangent::all_stages(const Motion& motion, bool first, double c, double weight) {
+  const Size n = N > 0 ? N : masses_, s = memories_;
+  const Lanes step = c, share = weight;
+  for (Size four = 0; four < fours(); ++four) {
+    Lanes* const state = state_.block(four);
+    Lanes* const slope = stage_.block(four);
+    Lanes* const sum = sum_.block(four);
+    Lanes few[3 * (N > 0 ? N : 1)];
+    Lanes* const x = N > 0 ? few : scratch_.data();
+    Lanes *const w = x + n, *const a = w + n;
+    Lanes *const y = scratch_.data() + 3 * n, *const r = y + s;
+    for (Size i = 0; i < n; ++i) {
+      x[i] = first ? state[i] : state[i] + step * slope[i];
+      w[i] = first ? state[n + i] : state[n + i] + step * slope[n + i];
+    }
+    for (Size i = 0; i < s; ++i) y[i] = first ? state[2 * n + i] : state[2 * n + i] + step * slope[2 * n + i];
+    evaluate<N>(motion, four, x, w, y, a, r);
+    const auto keep = [&](Size row, Lanes value) {
+      slope[row] = value;
+      sum[row] = first ? value : sum[row] + share * value;
+    };
+    for (Size i = 0; i < n; ++i) {
+      keep(i, w[i]);
+      keep(n + i, a[i]);
+    }
+    for (Size i = 0; i < s; ++i) keep(2 * n + i, r[i]);
+  }
+}
+
+void Tangent::all_stages(const Motion& motion, bool first, double c, double weight) {
+  switch (masses_) {
+    case 1: return all_stages<1>(motion, first, c, weight);
+    case 2: return all_stages<2>(motion, first, c, weight);
+    case 3: return all_stages<3>(motion, first, c, weight);
+    default: return all_stages<0>(motion, first, c, weight);
+  }
+}
+
+int Tangent::begin(Motion& motion, const double* z, const double* a) {
+  if (const int element = prepare_stage(motion, z, a); element >= 0) return element;
+  all_stages(motion, true, 0, 1);
   return Motion::all_defined;
 }
 
 int Tangent::stage(double c, double weight, Motion& motion, const double* z, const double* a) {
-  for (Size i = 0; i < masses_; ++i) {
-    advance(active_, q_.row(i), c, w_.row(i), x_.row(i));
-    advance(active_, v_.row(i), c, a_.row(i), w_.row(i));
-    add(active_, weight, w_.row(i), sum_q_.row(i));
-  }
-  for (Size i = 0; i < memories_; ++i) advance(active_, z_.row(i), c, r_.row(i), y_.row(i));
-  if (const int element = evaluate(motion, z, a); element >= 0) return element;
-  for (Size i = 0; i < masses_; ++i) add(active_, weight, a_.row(i), sum_v_.row(i));
-  for (Size i = 0; i < memories_; ++i) add(active_, weight, r_.row(i), sum_z_.row(i));
+  if (const int element = prepare_stage(motion, z, a); element >= 0) return element;
+  all_stages(motion, false, c, weight);
   return Motion::all_defined;
 }
 
 void Tangent::finish(double h) {
-  for (Size i = 0; i < masses_; ++i) {
-    add(active_, h / 6, sum_q_.row(i), q_.row(i));
-    add(active_, h / 6, sum_v_.row(i), v_.row(i));
+  const Lanes sixth = h / 6;
+  for (Size four = 0; four < fours(); ++four) {
+    Lanes* const state = state_.block(four);
+    const Lanes* const sum = sum_.block(four);
+    for (Size i = 0; i < 2 * masses_ + memories_; ++i) state[i] += sixth * sum[i];
   }
-  for (Size i = 0; i < memories_; ++i) add(active_, h / 6, sum_z_.row(i), z_.row(i));
 }
 
 void Tangent::read(const Motion& motion, Index column) {
-  // Changes of one node's motion of the kind that a sensor reads, added to its readings.
-  const auto add_reading = [&](SensorKind kind, Index node, double sign, Index sensor) {
-    const auto at = static_cast<Size>(node);
-    const auto add_row = [&](const double* row, double factor) {
-      for (Size c = 0; c < active_; ++c) outputs[c](sensor, column) += factor * row[c];
+  const Size n = masses_;
+  for (Size four = 0; four < fours(); ++four) {
+    const Lanes* const state = state_.block(four);
+    const Lanes* const slope = stage_.block(four);
+    const auto change = [&](SensorKind kind, Index node) {
+      Lanes sum = 0.0;
+      for (Size i = 0; i < motion.inputs_.size(); ++i)
+        if (motion.inputs_[i].node == node && node >= 0 && kind != SensorKind::acceleration)
+          sum += inputs_.block(four)[2 * i + (kind == SensorKind::velocity ? 1 : 0)];
+      for (const Motion::Weight& weight : motion.weights_[static_cast<Size>(node)]) {
+        const auto i = static_cast<Size>(weight.mass);
+        sum += Lanes(weight.value) * (kind == SensorKind::displacement ? state[i]
+                                      : kind == SensorKind::velocity   ? state[n + i]
+                                                                       : slope[n + i]);
+      }
+      return sum;
     };
-    if (kind == SensorKind::displacement) return add_row(x_.row(at), sign);
-    if (kind == SensorKind::velocity) return add_row(w_.row(at), sign);
-    if (at < masses_) return add_row(a_.row(at), sign);
-    for (const Motion::RigidPoint& point : motion.points_)
-      if (point.node == at)
-        for (const Motion::Weight& weight : point.weights)
-          add_row(a_.row(static_cast<Size>(weight.mass)), sign * weight.value);
-  };
-  for (Size i = 0; i < motion.sensors_.size(); ++i) {
-    const Motion::SensorPlace& sensor = motion.sensors_[i];
-    add_reading(sensor.kind, sensor.to, 1, static_cast<Index>(i));
-    add_reading(sensor.kind, sensor.from, -1, static_cast<Index>(i));
+    for (Size i = 0; i < motion.sensors_.size(); ++i) {
+      const Motion::SensorPlace& sensor = motion.sensors_[i];
+      const Lanes reading = change(sensor.kind, sensor.to) - change(sensor.kind, sensor.from);
+      for (Size lane = 0; lane < Lanes::count && 4 * four + lane < active_; ++lane)
+        outputs[4 * four + lane](static_cast<Index>(i), column) = reading[static_cast<int>(lane)];
+    }
   }
   const auto faded = [&](const Variation& v) { return v.kept_samples >= 0 && v.kept_samples <= column + 1; };
   while (active_ > 0 && faded(variations_[active_ - 1])) --active_;

@@ -5,10 +5,9 @@
 /// Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., section I.14.
 #pragma once
 
-#include <algorithm>
-#include <utility>
 #include <vector>
 
+#include "core/plant/lanes.hpp"
 #include "core/plant/motion.hpp"
 
 namespace wheelhop {
@@ -26,9 +25,11 @@ struct Variation {
 
 /// The changes of one simulation in all its directions, each per unit of its `step`. `simulate` calls the functions in
 /// the order in which they stand here. What follows from the state is linear in the slopes of the laws; what a
-/// neighbour's numbers do at a given motion is a difference over `step`, of its own elements alone. At a corner of a
-/// law (contact, clearance) the slope is that of one side. Cost: the slopes of all laws once a stage, the laws of each
-/// neighbour's own elements, and some twenty products an element, stage and direction.
+/// neighbour's numbers do at a given motion is linear in them too where a law gives its gradient, else a difference
+/// over `step`, of its own elements alone. At a corner of a law (contact, clearance) the slope is that of one side.
+///
+/// Four directions go through a stage at once, a lane of a vector register each, with their state in registers. Cost:
+/// the slopes of all curved laws once a stage, and some ten multiply-adds an element, stage and four directions.
 class Tangent {
  public:
   /// @param variations kept by reference, those that never fade first, then by falling `kept_samples`
@@ -38,7 +39,7 @@ class Tangent {
   void step_memories(const Motion& motion, Index k, const double* step, const double* z);
   /// @param sampled for accelerations at the sample itself, else over the interval behind it
   void set_inputs(const Motion& motion, Index k, bool sampled, double hold_s);
-  /// First stage of a step. @param motion as the `accelerations` a at memories z left it.
+  /// First stage of a step. @param motion placed at the state @param z its memories @param a its accelerations
   /// @return as `Motion::accelerations`
   int begin(Motion& motion, const double* z, const double* a);
   /// The changes of the readings at the state of `begin`, to a column of the outputs.
@@ -53,55 +54,87 @@ class Tangent {
   std::vector<char> defined;
 
  private:
-  /// One row of `stride` numbers, one a direction, for each node, mass or memory.
+  /// A table of numbers, a column a direction: four neighbouring directions are one `Lanes`, and all rows of these four
+  /// stand together.
   class Rows {
    public:
-    void resize(Index rows, Index stride) {
-      stride_ = stride;
-      values_.assign(static_cast<std::size_t>(rows * stride), 0);
+    void resize(std::size_t rows, std::size_t directions) {
+      rows_ = rows;
+      values_.assign(rows * ((directions + 3) / 4), Lanes(0.0));
     }
-    double* row(std::size_t i) { return values_.data() + static_cast<std::size_t>(stride_) * i; }
-    const double* row(std::size_t i) const { return values_.data() + static_cast<std::size_t>(stride_) * i; }
-    void clear() { std::fill(values_.begin(), values_.end(), 0.0); }
+    Lanes* block(std::size_t four) { return values_.data() + rows_ * four; }
+    void set(std::size_t row, std::size_t direction, double value) { at(row, direction).set(lane(direction), value); }
+    double get(std::size_t row, std::size_t direction) { return at(row, direction)[lane(direction)]; }
+    void add(std::size_t row, std::size_t direction, double value) {
+      set(row, direction, get(row, direction) + value);
+    }
+    void clear() { std::fill(values_.begin(), values_.end(), Lanes(0.0)); }
 
    private:
-    Index stride_ = 0;
-    std::vector<double> values_;
+    static int lane(std::size_t direction) { return static_cast<int>(direction % 4); }
+    Lanes& at(std::size_t row, std::size_t direction) { return values_[rows_ * (direction / 4) + row]; }
+    std::size_t rows_ = 0;
+    std::vector<Lanes> values_;
   };
-  /// How the numbers of a neighbour act on one element at a given motion, over the step.
+  /// A row of what neighbours change, and what it is multiplied with at the present stage.
+  struct Term {
+    enum { travel, rate, gradient, own } by;
+    std::size_t row;
+    std::size_t law = 0, value = 0;  // gradient
+    double factor = 1;
+  };
+  struct Part {
+    std::vector<double> g, pull;  // what the travel is made of, one a mass; that over the masses
+    int driven;
+    double driven_sign;
+    bool constant;  // its slopes never change
+    std::size_t first_law_slopes;
+    std::vector<Term> terms;
+  };
+  /// How the numbers of a neighbour act on one element at a given motion, as a difference over the step.
   struct OwnChange {
     std::size_t direction, element;
-    enum { linear, gradient, law, memory, whole } by;
-    double stiffness_n_per_m = 0, damping_ns_per_m = 0;  // linear: of the laws of constant slopes together
-    std::size_t which = 0, state = 0;                    // gradient, law, memory: which one, and its first state
-    std::vector<double> values = {};                     // gradient: change of the law's values
-  };
-  struct OwnMass {
-    std::size_t direction, mass;
-    double share;  // change of its acceleration, per acceleration
+    enum { law, memory, whole } by;
+    std::size_t row;                   // of its term
+    std::size_t which = 0, state = 0;  // law, memory: which one, and its first state
   };
   void add_neighbour(const Plant& plant, const Motion& motion, std::size_t direction);
-  int evaluate(Motion& motion, const double* z, const double* a);
-  void own_changes(const Motion& motion, const double* z, const double* a);
+  std::size_t term_row(std::size_t element, const Term& term);
+  int prepare_stage(Motion& motion, const double* z, const double* a);
   bool own_change(const Motion& motion, const OwnChange& own, const double* z);
+  template <int N>
+  void evaluate(const Motion& motion, std::size_t four, const Lanes* x, const Lanes* w, const Lanes* y, Lanes* a,
+                Lanes* r);
+  template <int N>
+  void all_stages(const Motion& motion, bool first, double c, double weight);
+  void all_stages(const Motion& motion, bool first, double c, double weight);
+  std::size_t fours() const { return (active_ + 3) / 4; }
 
   const std::vector<Variation>& variations_;
-  std::size_t masses_, memories_ = 0, active_, stride_ = 0;
+  std::size_t masses_, memories_ = 0, active_;
   std::vector<Motion> neighbours_;         // those that differ in an element
   std::vector<std::size_t> neighbour_of_;  // of a direction; beyond the list: none
+  std::vector<Part> parts_;                // one an element
   std::vector<OwnChange> changes_;
-  std::vector<OwnMass> own_masses_;
+  std::size_t term_count_ = 0;
+  std::vector<std::vector<double>> term_values_;  // a row a term, until all neighbours are known
+  Rows terms_;                                    // what neighbours change
+  Rows own_rate_;                                 // what neighbours change in the rates of memories
+  Rows shares_;                                   // change of a mass's acceleration, per acceleration
+  bool masses_change_ = false;
   std::vector<std::size_t> driven_;  // directions that change the drive
-  Rows q_, v_, z_;                   // at the start of the step
-  Rows x_, w_, y_;                   // positions and velocities of the nodes, memories: of a stage
-  Rows a_, r_;                       // accelerations and rates of the memories there
-  Rows sum_q_, sum_v_, sum_z_;       // weighted sums of the slopes so far
-  Rows force_, applied_, travel_, rate_, free_rate_, own_force_, own_rate_;
+  Rows state_;                       // [q; v; z] at the start of the step
+  Rows stage_;                       // [w; a; r] of the stage before: slopes of [q; v; z]
+  Rows sum_;                         // weighted sums of these
+  Rows inputs_;                      // [u; u'] of displacements, one each an input
+  Rows applied_;                     // forces on the masses
+  std::vector<double> accelerations_;
   std::vector<Motion::ElementSlopes> elements_;
   std::vector<MemorySlopes> laws_;
   std::vector<double> here_, there_;            // rates of the memories, of the plant itself and of a neighbour
   std::vector<std::vector<double>> gradients_;  // of the laws at this stage, as far as asked for
-  std::vector<char> known_;                     // whether
+  std::vector<char> asked_;                     // whether
+  std::vector<Lanes> scratch_;                  // for any number of masses
 };
 
 }  // namespace wheelhop
