@@ -250,13 +250,15 @@ Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<Fi
   hypothesis.parameters = std::move(parameters);
   hypothesis.start = plant;
   FitOptions fitted = {.iterations = kPatient * study.iterations, .alone = true};
-  bool done = complete(study, study.solvers.patient, fitted, {.iterations = study.iterations}, hypothesis);
+  bool done =
+      complete(study, study.solvers.patient, fitted, {.iterations = study.iterations, .linearise = false}, hypothesis);
   // Bent around a wrong drive a plant may lie where it follows the fitted records alone, or these just so: nearer to
   // the plant as delivered, which follows all.
   fitted.iterations = 0;
   for (int step = 0; step < kReturns && !done && hypothesis.fit.theta.size() > 0; ++step) {
     fitted.theta = kStepBack * hypothesis.fit.theta;
-    done = complete(study, study.solvers.patient, fitted, {.iterations = study.iterations}, hypothesis);
+    done = complete(study, study.solvers.patient, fitted, {.iterations = study.iterations, .linearise = false},
+                    hypothesis);
   }
   return hypothesis;
 }

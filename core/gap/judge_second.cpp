@@ -42,7 +42,7 @@ std::vector<Hypothesis> beside(const GapCase& c, Hypothesis& first, const Change
   if (first.fit.jacobian.size() == 0 && !linearise(first.fit, first.parameters, c.study.data.fitted)) return {};
   Hypothesis base = first;
   base.held_out =
-      fit_plant(first.fit.plant, {}, c.study.data.held_out, c.study.solvers.quick, {2, &c.retuned.held_out});
+      fit_plant(first.fit.plant, {}, c.study.data.held_out, c.study.solvers.quick, {2, &c.retuned.held_out, false});
   if (base.held_out.error.empty()) return {};
   const double least = kPromising * (first.chi2 - c.floor_chi2());
   return extend(c.study, base, {.shortlist = 5, .worth = 0.2, .least = least, .without = name_of(first.effects.back())},

@@ -70,6 +70,27 @@ bool move_parameters(Plant& plant, const std::vector<FitParameter>& parameters, 
   return true;
 }
 
+/// Time after which nothing is left of an initial state; infinite where the slowest mode does not decay.
+double memory_s(const Plant& plant) {
+  const LinearPlant linear = linearise(plant);
+  const double slowest = linear.A.size() > 0 ? -eigenvalues(linear.A).real().maxCoeff() : 0;
+  return slowest > 0 ? kForgotten / slowest : std::numeric_limits<double>::infinity();
+}
+
+/// Samples of a record that an initial state can move, those that are not scored included.
+Index remembered_samples(const Plant& plant, const FitRecord& record, double memory_s) {
+  const double samples = memory_s * plant.hold_hz() / static_cast<double>(record.ratio);
+  return std::clamp<Index>(static_cast<Index>(std::min(samples, 1e9)), record.skip + 1, record.y.cols());
+}
+
+/// The records as far as their initial states are seen in them: what is fitted to find nothing else.
+std::vector<FitRecord> remembered_part(const Plant& plant, std::vector<FitRecord> records) {
+  const double memory = memory_s(plant);
+  for (FitRecord& record : records)
+    record.y.conservativeResize(Eigen::NoChange, remembered_samples(plant, record, memory));
+  return records;
+}
+
 /// r of a record. False if the simulation failed.
 bool residual_of(const Simulation& result, const FitRecord& record, VectorRef r) {
   if (result.status != Status::ok) return false;
@@ -95,9 +116,7 @@ class PlantProblem final : public ResidualProblem {
     const Box of_parameters = bounds(plant_, parameters_);
     box_.lower.head(moved()) = of_parameters.lower;
     box_.upper.head(moved()) = of_parameters.upper;
-    const LinearPlant linear = linearise(plant_);
-    const double slowest = linear.A.size() > 0 ? -eigenvalues(linear.A).real().maxCoeff() : 0;
-    memory_s_ = slowest > 0 ? kForgotten / slowest : std::numeric_limits<double>::infinity();
+    memory_s_ = memory_s(plant_);
     for (const FitRecord& record : records_) {
       first_.push_back(residuals_);
       residuals_ += record.y.rows() * (record.y.cols() - record.skip);
@@ -205,7 +224,7 @@ class PlantProblem final : public ResidualProblem {
           Vector change = Vector::Zero(states());
           change((j - moved()) % states()) = state_scale_((j - moved()) % states());
           variation.initial = whole_state(plant, change);
-          variation.kept_samples = record.skip + remembered(i) / record.y.rows();
+          variation.kept_samples = remembered_samples(plant_, record, memory_s_);
         } else if (neighbour(theta, j, step, neighbours[k])) {
           variation.neighbour = &neighbours[k];
         } else {
@@ -229,14 +248,6 @@ class PlantProblem final : public ResidualProblem {
       open = left;
     }
     return false;
-  }
-
-  /// Residuals of a record that its initial state can move.
-  Index remembered(std::size_t i) const {
-    const FitRecord& record = records_[i];
-    const double samples = memory_s_ * plant_.hold_hz() / static_cast<double>(record.ratio);
-    const Index scored = std::max<Index>(static_cast<Index>(std::min(samples, 1e9)) - record.skip, 1);
-    return record.y.rows() * std::min(scored, record.y.cols() - record.skip);
   }
 
   /// A parameter moves every record, an initial state its own.
@@ -397,12 +408,13 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
     // The start of a record says little of the state there, and a wrong plant would bend it: it stays among those that
     // the drive makes.
     start = fit.states_at_rest;
-    const PlantProblem states_alone(plant, {}, records, fit.state_scale);
+    const PlantProblem states_alone(plant, {}, remembered_part(plant, records), fit.state_scale);
     const Solution first =
         solver.minimise(*with_prior(states_alone, start, state_precision), start, options.iterations);
     if (first.status != Status::outside_domain) start = first.theta;
   }
-  PlantProblem problem(plant, parameters, records, fit.state_scale);
+  const bool states_only = parameters.empty();
+  PlantProblem problem(plant, parameters, states_only ? remembered_part(plant, records) : records, fit.state_scale);
   const Index moved = problem.moved();
   Vector theta(problem.parameters()), mean = Vector::Zero(problem.parameters());
   theta << (options.theta.size() == moved ? options.theta : Vector(Vector::Zero(moved))), start;
@@ -415,7 +427,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
     if (std > 0) fit.precision(i) = 1 / (std * std);
   }
   if (options.alone) problem.run_alone();
-  if (options.from && options.from->jacobian.size() > 0) problem.start_from(*options.from, theta);
+  if (options.from && options.from->jacobian.size() > 0 && !states_only) problem.start_from(*options.from, theta);
   fit.solution = solver.minimise(*with_prior(problem, mean, fit.precision), theta, options.iterations);
   if (fit.solution.status == Status::outside_domain) return fit;
   theta = fit.solution.theta;
@@ -426,6 +438,12 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
     fit.initial_states.push_back(problem.initial_state(theta, i));
     const Simulation result =
         simulate_measured(fit.plant, record.drive, run_options(fit.plant, record, fit.initial_states.back()));
+    if (result.status != Status::ok) {
+      fit.solution.status = result.status;
+      fit.solution.message = result.message;
+      fit.error.clear();
+      return fit;
+    }
     fit.error.push_back(result.outputs.leftCols(record.y.cols()) - record.y);
     visit(result, record, fit.visited);
   }

@@ -152,7 +152,7 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
     std::vector<double> g(n, 0.0);
     add_node(branch.to, 1, g);
     add_node(branch.from, -1, g);
-    const auto of = [&](double Motion::Branch::* member) {
+    const auto of = [&](double Motion::Branch::*member) {
       return lanes::gather<V>(motions, [&](const Motion& motion) { return motion.branches_[b].*member; });
     };
     V stiffness = of(&Motion::Branch::stiffness_n_per_m), damping = of(&Motion::Branch::damping_ns_per_m);
@@ -178,13 +178,12 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
       direction[i] = g[i];
       pull[i] = V(g[i]) * inverse_mass(i);
     }
-    curved_.push_back({direction, pull, branch.first_curved, branch.first_memory, branch.last_law,
-                       branch.first_state, branch.modified,
-                       !branch.modified && branch.last_law == branch.first_memory &&
-                           branch.first_memory == branch.first_curved + 1,
-                       0.0, 0.0, stiffness, damping, of(&Motion::Branch::play_m),
-                       of(&Motion::Branch::contact_n), of(&Motion::Branch::offset_m),
-                       of(&Motion::Branch::rest_force_n)});
+    curved_.push_back(
+        {direction, pull, branch.first_curved, branch.first_memory, branch.last_law, branch.first_state,
+         branch.modified,
+         !branch.modified && branch.last_law == branch.first_memory && branch.first_memory == branch.first_curved + 1,
+         0.0, 0.0, stiffness, damping, of(&Motion::Branch::play_m), of(&Motion::Branch::contact_n),
+         of(&Motion::Branch::offset_m), of(&Motion::Branch::rest_force_n)});
   }
   for (std::size_t d = 0; d < drives_.size(); ++d) {
     if (!drives_[d].is_force) continue;
@@ -197,7 +196,8 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
     for (std::size_t k = 0; k < first.laws_.size(); ++k) {
       values_.emplace_back();
       for (std::size_t i = 0; i < first.laws_[k].values.size(); ++i)
-        values_.back().push_back(lanes::gather<V>(motions, [&](const Motion& motion) { return motion.laws_[k].values[i]; }));
+        values_.back().push_back(
+            lanes::gather<V>(motions, [&](const Motion& motion) { return motion.laws_[k].values[i]; }));
     }
 }
 
@@ -259,10 +259,11 @@ inline Truth<V> MatrixMotion<V, N>::memory_law(std::size_t k, V x, V v, const V*
 }
 
 template <class V, int N>
-[[gnu::noinline]] Truth<V> MatrixMotion<V, N>::force(const Curved& element, V travel, V rate, V free_rate, const V* z, V& f,
-                                   V* z_rate) const {
+[[gnu::noinline]] Truth<V> MatrixMotion<V, N>::force(const Curved& element, V travel, V rate, V free_rate, const V* z,
+                                                     V& f, V* z_rate) const {
   if (element.modified) {
-    const V inside_play = choose(travel < -element.play, -element.play, choose(travel > element.play, element.play, travel));
+    const V inside_play =
+        choose(travel < -element.play, -element.play, choose(travel > element.play, element.play, travel));
     travel = travel - inside_play + element.offset;
   }
   f = element.stiffness * travel + element.damping * rate;

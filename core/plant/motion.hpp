@@ -153,7 +153,7 @@ class Motion {
   std::vector<double> mass_, inverse_mass_;
   std::vector<Branch> branches_;
   std::vector<Law> laws_;
-  std::vector<RigidPoint> points_;  // the last nodes
+  std::vector<RigidPoint> points_;            // the last nodes
   std::vector<std::vector<Weight>> weights_;  // of every node
   std::vector<Drive> inputs_;
   std::vector<SensorPlace> sensors_;

@@ -84,8 +84,7 @@ void start(Lane& lane) {
     lane.state.head(options.initial_state.size()) = options.initial_state;
   } else if (options.from_equilibrium) {
     const Equilibrium equilibrium = static_equilibrium(plant, lane.drive.col(0));
-    if (equilibrium.status != Status::ok)
-      return lane.fail(equilibrium.status, equilibrium.message, 0, lane.start_s());
+    if (equilibrium.status != Status::ok) return lane.fail(equilibrium.status, equilibrium.message, 0, lane.start_s());
     lane.state.head(plant.mass_count()) = equilibrium.positions;
   }
   const Index kept = (lane.drive.cols() - options.lead_samples - 1) / options.decimation + 1;
@@ -296,8 +295,8 @@ class March {
     first_.motion.place(x, x + n_);
     return tangent_inside(tangent_->begin(first_.motion, x + 2 * n_, accelerations(0, a1_)));
   }
-  [[gnu::always_inline]] bool stage(double c, double weight, const PerMass<V, N>& q, const PerMass<V, N>& v, PerMass<V, N>& a,
-             std::vector<V>& r) {
+  [[gnu::always_inline]] bool stage(double c, double weight, const PerMass<V, N>& q, const PerMass<V, N>& v,
+                                    PerMass<V, N>& a, std::vector<V>& r) {
     if (!evaluate(q, v, z_stage_, a, r)) return false;
     return !tangent_ || tangent_follows(c, weight, q, v, a);
   }
@@ -401,9 +400,8 @@ bool in_step(const Lane& a, const Lane& b) {
     return std::equal(list.begin(), list.end(), others.begin(), others.end(), equal);
   };
   const auto law = [](const Law& x, const Law& y) { return x.kind == y.kind && x.values.size() == y.values.size(); };
-  return a.motion.memories() == 0 && one.hold_hz() == other.hold_hz() &&
-         a.options.substeps == b.options.substeps && a.options.decimation == b.options.decimation &&
-         a.options.lead_samples == b.options.lead_samples &&
+  return a.motion.memories() == 0 && one.hold_hz() == other.hold_hz() && a.options.substeps == b.options.substeps &&
+         a.options.decimation == b.options.decimation && a.options.lead_samples == b.options.lead_samples &&
          (a.options.sampled_drive.size() == 0) == (b.options.sampled_drive.size() == 0) &&
          same(one.masses, other.masses, [](const Mass& x, const Mass& y) { return x.name == y.name; }) &&
          same(one.points, other.points,
@@ -412,10 +410,9 @@ bool in_step(const Lane& a, const Lane& b) {
               [](const PlantInput& x, const PlantInput& y) {
                 return x.name == y.name && x.kind == y.kind && x.from == y.from && x.to == y.to;
               }) &&
-         same(one.elements, other.elements,
-              [&](const Element& x, const Element& y) {
-                return x.from == y.from && x.to == y.to && same(x.laws, y.laws, law);
-              });
+         same(one.elements, other.elements, [&](const Element& x, const Element& y) {
+           return x.from == y.from && x.to == y.to && same(x.laws, y.laws, law);
+         });
 }
 
 /// What a lane has found, once it has come to its end.

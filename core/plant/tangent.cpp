@@ -31,8 +31,13 @@ Tangent::Tangent(const Plant& plant, const std::vector<Variation>& variations, I
   Size memory_law = 0;
   for (Size b = 0; b < motion.branches_.size(); ++b) {
     const Motion::Branch& branch = motion.branches_[b];
-    Part part{std::vector<double>(n), std::vector<double>(n), branch.driven, branch.driven_sign,
-              !branch.modified && branch.first_curved == branch.last_law, memory_law, {}};
+    Part part{std::vector<double>(n),
+              std::vector<double>(n),
+              branch.driven,
+              branch.driven_sign,
+              !branch.modified && branch.first_curved == branch.last_law,
+              memory_law,
+              {}};
     for (const Motion::Weight& weight : motion.weights(static_cast<Index>(branch.to)))
       part.g[static_cast<Size>(weight.mass)] += weight.value;
     for (const Motion::Weight& weight : motion.weights(static_cast<Index>(branch.from)))
@@ -100,8 +105,8 @@ void Tangent::add_neighbour(const Plant& plant, const Motion& motion, Size direc
             if (law.values[i] != moved_law.values[i])
               put({Term::gradient, 0, k, i}, (moved_law.values[i] - law.values[i]) / step);
         } else {
-          changes_.push_back({direction, b, remembers ? OwnChange::memory : OwnChange::law,
-                              term_row(b, {Term::own, 0}), k, state});
+          changes_.push_back(
+              {direction, b, remembers ? OwnChange::memory : OwnChange::law, term_row(b, {Term::own, 0}), k, state});
         }
       }
       if (remembers) state += static_cast<Size>(law.states());

@@ -65,9 +65,7 @@ class Tangent {
     Lanes* block(std::size_t four) { return values_.data() + rows_ * four; }
     void set(std::size_t row, std::size_t direction, double value) { at(row, direction).set(lane(direction), value); }
     double get(std::size_t row, std::size_t direction) { return at(row, direction)[lane(direction)]; }
-    void add(std::size_t row, std::size_t direction, double value) {
-      set(row, direction, get(row, direction) + value);
-    }
+    void add(std::size_t row, std::size_t direction, double value) { set(row, direction, get(row, direction) + value); }
     void clear() { std::fill(values_.begin(), values_.end(), Lanes(0.0)); }
 
    private:
