@@ -6,4 +6,5 @@ wheelhop_tests(plant wheelhop_plant
   lemma/plant_laws.cpp
   lemma/plant_memory.cpp
   lemma/plant_paths.cpp
-  lemma/road.cpp)
+  lemma/road.cpp
+  lemma/stepping.cpp)
