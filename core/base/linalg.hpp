@@ -27,6 +27,17 @@ struct Svd {
 /// Thin singular value decomposition M = U diag(s) V'. All NaN if M is not finite. Cost O(m n min(m, n)).
 Svd svd(ConstMatrixRef M);
 
+/// Singular values alone, descending, to the absolute accuracy of `svd` (round-off of the largest): bidiagonalisation,
+/// then the eigenvalues of [0 B'; B 0] in its tridiagonal order. G. H. Golub, W. Kahan, SIAM J. Numer. Anal. 2 (1965)
+/// 205-224. NaN if M is not finite. Cost 4 m n min(m, n), a tenth of the time of `svd`.
+Vector singular_values(ConstMatrixRef M);
+
+/// The first `count` left singular vectors (m x count), as accurate as those of `svd`: orthogonal iteration on a few
+/// vectors more, until M v = sigma u and M'u = sigma v hold to round-off of sigma_1, so that a vector is off by that
+/// over its gap (P.-A. Wedin, BIT 12 (1972) 99-111); all of `svd` where twenty rounds are not enough.
+/// N. Halko, P. G. Martinsson, J. A. Tropp, SIAM Review 53 (2011) 217-288. Cost m n (count + 8) a round, two or three.
+Matrix leading_left_vectors(ConstMatrixRef M, Index count);
+
 /// Eigenvalues of a real square matrix, unordered; NaN if A is not finite (so too the decompositions below).
 ComplexVector eigenvalues(ConstMatrixRef A);
 

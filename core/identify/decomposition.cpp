@@ -29,7 +29,7 @@ Decomposition decompose(ConstMatrixRef x, ConstMatrixRef u, double threshold) {
   const Matrix with_constant = solve(r11.transpose(), (r31 - result.A * r21).transpose()).transpose();
   result.B = with_constant.rightCols(m);
   const double scale = std::sqrt(static_cast<double>(columns));
-  result.singular_values = svd(result.r33).s / scale;
+  result.singular_values = singular_values(result.r33) / scale;
   for (const double value : result.singular_values)
     if (value > threshold * result.singular_values(0)) ++result.rank;
   const double total = std::sqrt(r31.squaredNorm() + r32.squaredNorm() + result.r33.squaredNorm());

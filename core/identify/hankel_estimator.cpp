@@ -53,22 +53,22 @@ LinearEstimate HankelEstimator::identify(ConstMatrixRef u, ConstMatrixRef y, Ind
   // Past inputs that the future inputs determine to round-off (a constant, a few sines) instrument nothing: R32 is
   // then what noise and round-off make of it, whatever its singular values look like.
   const double input_size = rq.R.topLeftCorner(1 + m * (s + past), 1 + m * (s + past)).norm();
-  const Index exciting = (svd(rq.R22()).s.array() > 1e-12 * input_size).count();
+  const Index exciting = (singular_values(rq.R22()).array() > 1e-12 * input_size).count();
   if (exciting == 0) {
     estimate.message = fmt::format("the input excites nothing beyond {} block rows", s);
     return estimate;
   }
   const ColumnSpace space = column_space(rq);
-  const Svd& weighted = space.weighted;
-  estimate.singular_values = weighted.s;
+  const Vector values = singular_values(space.weighted);
+  estimate.singular_values = values;
   estimate.instruments = space.instruments;
   estimate.instrument_condition = space.instrument_condition;
-  const OrderChoice choice = order_from_gap(weighted.s, std::min(options_.max_order, s - 1));
+  const OrderChoice choice = order_from_gap(values, std::min(options_.max_order, s - 1));
   estimate.order_used = order > 0 ? order : choice.order;
   const Index n = estimate.order_used;
-  if (n == 0 || n >= weighted.s.size() || !(weighted.s(n - 1) > 1e-10 * weighted.s(0))) {
+  if (n == 0 || n >= values.size() || !(values(n - 1) > 1e-10 * values(0))) {
     estimate.message = fmt::format("the record does not carry order {}: the instruments explain {} directions", n,
-                                   (weighted.s.array() > 1e-10 * weighted.s(0)).count());
+                                   (values.array() > 1e-10 * values(0)).count());
     return estimate;
   }
   if (exciting < n) {
@@ -76,8 +76,8 @@ LinearEstimate HankelEstimator::identify(ConstMatrixRef u, ConstMatrixRef y, Ind
         fmt::format("the input excites {} directions beyond {} block rows, order {} needs {}", exciting, s, n, n);
     return estimate;
   }
-  estimate.gap = weighted.s(n - 1) / weighted.s(n);
-  Matrix gamma = weighted.U.leftCols(n) * weighted.s.head(n).cwiseSqrt().asDiagonal();
+  estimate.gap = values(n - 1) / values(n);
+  Matrix gamma = leading_left_vectors(space.weighted, n) * values.head(n).cwiseSqrt().asDiagonal();
   if (space.unweight.size() > 0) gamma = space.unweight * gamma;
   const std::string undetermined = recover(rq, gamma, u, y, estimate);
   estimate.spectral_radius = spectral_radius(estimate.model.A);
@@ -96,8 +96,8 @@ LinearEstimate HankelEstimator::identify(ConstMatrixRef u, ConstMatrixRef y, Ind
 }
 
 ColumnSpace HankelEstimator::column_space(const HankelRq& rq) const {
-  const Vector directions = svd(rq.Rww()).s;
-  return {svd(rq.R32()), {}, directions.size(), directions(0) / directions(directions.size() - 1)};
+  const Vector directions = singular_values(rq.Rww());
+  return {rq.R32(), {}, directions.size(), directions(0) / directions(directions.size() - 1)};
 }
 
 std::string HankelEstimator::recover(const HankelRq& rq, ConstMatrixRef gamma, ConstMatrixRef u, ConstMatrixRef y,

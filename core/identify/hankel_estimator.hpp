@@ -25,7 +25,7 @@ struct HankelOptions {
 
 /// Column space of the extended observability matrix as a method sees it.
 struct ColumnSpace {
-  Svd weighted;                 ///< of the p s x k matrix whose left singular vectors are taken
+  Matrix weighted;              ///< p s x k, whose left singular vectors are taken
   Matrix unweight;              ///< p s x p s, Gamma = unweight U S^(1/2); empty: the identity
   Index instruments = 0;        ///< directions of the instruments that were used
   double instrument_condition;  ///< largest over smallest singular value of those directions

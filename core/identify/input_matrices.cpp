@@ -1,10 +1,68 @@
 #include "core/identify/input_matrices.hpp"
 
+#include "core/identify/modal_features.hpp"
 #include "core/kernels/streamed_qr.hpp"
 
 namespace wheelhop {
-InputMatrices estimate_input_matrices(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef u, ConstMatrixRef y,
-                                      Index direct_inputs) {
+namespace {
+
+InputMatrices assemble(ConstMatrixRef A, ConstMatrixRef C, Index inputs, Index direct_inputs, const Vector& x,
+                       const LeastSquares& solution) {
+  const Index n = A.rows(), p = C.rows(), m = inputs, at_x0 = n * m, at_D = at_x0 + n;
+  InputMatrices result;
+  result.model.A = A;
+  result.model.C = C;
+  result.model.B = x.head(n * m).reshaped(n, m);
+  result.model.D = Matrix::Zero(p, m);
+  result.model.D.leftCols(direct_inputs) = x.segment(at_D, p * direct_inputs).reshaped(p, direct_inputs);
+  result.model.y0 = x.tail(p);
+  result.x0 = x.segment(at_x0, n);
+  result.rank = solution.rank;
+  result.condition = solution.condition;
+  return result;
+}
+
+/// The regression in modal coordinates, where B, x0 and D act on few common features:
+///   y_k = sum over modes and inputs of (C T)_mode (beta f)_k + ... , B = T beta, x0 = T xi.
+InputMatrices by_modes(const Modes& modes, ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef u, ConstMatrixRef y,
+                       Index direct_inputs) {
+  const Index n = A.rows(), p = C.rows(), m = u.rows();
+  ModalFeatures features(modes, u, y, direct_inputs);
+  const Matrix R = features.factor();
+  const Index count = features.count(), unknowns = n * m + n + p * direct_inputs + p;
+  const Matrix of_modes = C * modes.T;
+  Matrix L = Matrix::Zero(p * count, unknowns);
+  Vector target(p * count);
+  for (Index o = 0; o < p; ++o) {
+    auto rows = L.middleRows(o * count, count);
+    target.segment(o * count, count) = R.col(count + o).head(count);
+    for (Index j = 0; j <= m; ++j)
+      for (const Modes::Block& block : modes.blocks) {
+        const Index at = j * n + block.first;
+        const auto re = R.col(at).head(count);
+        const double c1 = of_modes(o, block.first);
+        if (!block.is_pair) {
+          rows.col(at) = c1 * re;
+          continue;
+        }
+        const auto im = R.col(at + 1).head(count);
+        const double c2 = of_modes(o, block.first + 1);
+        rows.col(at) = c1 * re + c2 * im;
+        rows.col(at + 1) = c2 * re - c1 * im;
+      }
+    for (Index j = 0; j < direct_inputs; ++j)
+      rows.col(n * m + n + j * p + o) = R.col(features.at_direct() + j).head(count);
+    rows.col(unknowns - p + o) = R.col(count - 1).head(count);
+  }
+  const LeastSquares solution = least_squares(L, target);
+  Vector x = solution.x.col(0);
+  x.head(n * m + n).reshaped(n, m + 1) = modes.T * Matrix(x.head(n * m + n).reshaped(n, m + 1));
+  return assemble(A, C, m, direct_inputs, x, solution);
+}
+
+/// The regression with the derivatives of the simulated outputs as its columns, for any A.
+InputMatrices by_derivatives(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef u, ConstMatrixRef y,
+                             Index direct_inputs) {
   const Index n = A.rows(), p = C.rows(), m = u.rows(), N = u.cols();
   // Columns: B (n m, column-major), x0 (n), D (p m, column-major), y0 (p), then y itself.
   const Index at_x0 = n * m, at_D = at_x0 + n, at_y0 = at_D + p * direct_inputs, unknowns = at_y0 + p;
@@ -31,18 +89,15 @@ InputMatrices estimate_input_matrices(ConstMatrixRef A, ConstMatrixRef C, ConstM
     drop_faded(Z.rightCols(n));
   }
   const LeastSquares solution = solve_from_qr(stream.finish(), unknowns);
-  const Vector x = solution.x.col(0);
-  InputMatrices result;
-  result.model.A = A;
-  result.model.C = C;
-  result.model.B = x.head(n * m).reshaped(n, m);
-  result.model.D = Matrix::Zero(p, m);
-  result.model.D.leftCols(direct_inputs) = x.segment(at_D, p * direct_inputs).reshaped(p, direct_inputs);
-  result.model.y0 = x.tail(p);
-  result.x0 = x.segment(at_x0, n);
-  result.rank = solution.rank;
-  result.condition = solution.condition;
-  return result;
+  return assemble(A, C, m, direct_inputs, solution.x.col(0), solution);
+}
+
+}  // namespace
+
+InputMatrices estimate_input_matrices(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef u, ConstMatrixRef y,
+                                      Index direct_inputs) {
+  const std::optional<Modes> modes = separate_modes(A);
+  return modes ? by_modes(*modes, A, C, u, y, direct_inputs) : by_derivatives(A, C, u, y, direct_inputs);
 }
 
 void estimate_start(ConstMatrixRef u, ConstMatrixRef y, LinearModel& model, Vector& x0) {

@@ -133,7 +133,7 @@ Index persistency_of_excitation(ConstMatrixRef u, Index limit, double tolerance)
   Index low = 0, high = limit;
   while (low < high) {
     const Index s = (low + high + 1) / 2;
-    const Vector values = svd(R.topLeftCorner(m * s, m * s)).s;
+    const Vector values = singular_values(R.topLeftCorner(m * s, m * s));
     if (values(0) > 0 && values(m * s - 1) > tolerance * values(0))
       low = s;
     else

@@ -148,6 +148,45 @@ TEST_CASE("B, D, x0 and y0 are least-squares estimates: noise in y leaves a resi
   CHECK((residual * u.row(1).transpose()).norm() > 1e-4 * scale);  // that D is not free
 }
 
+TEST_CASE("B, D, x0 and y0 of a noise-free record are exact, whatever the eigenvalues of A and the input's band") {
+  Random random = numbers(57);
+  for (int trial = 0; trial < 40; ++trial) {
+    const Index n = 1 + random.integer(6), m = 1 + random.integer(3), p = 1 + random.integer(4);
+    const Index direct = random.integer(m + 1), samples = 200 + random.integer(3000);
+    LinearModel truth = random_linear(n, m, p, 0.3 + 0.65 * random.uniform(), random);
+    const int kind = trial % 4;
+    if (kind == 1 && n > 1) {  // one Jordan block: no eigenvectors to speak of
+      truth.A = 0.8 * Matrix::Identity(n, n);
+      truth.A.diagonal(1).setConstant(0.1);
+    }
+    if (kind == 2) truth.A = random_dynamics(n, 0.9, random).diagonal().asDiagonal();  // real and far apart
+    truth.D.rightCols(m - direct).setZero();
+    truth.y0 = random.normal(p, 1);
+    Matrix u = random.normal(m, samples);
+    if (kind == 3)  // little above a tenth of the band
+      for (int pass = 0; pass < 2; ++pass)
+        for (Index k = 1; k < samples; ++k) u.col(k) = 0.8 * u.col(k - 1) + 0.2 * u.col(k);
+    const Vector x0 = random.normal(n, 1);
+    const Matrix y = simulate(truth, u, x0).y;
+    const InputMatrices found = estimate_input_matrices(truth.A, truth.C, u, y, direct);
+    CAPTURE(trial, n, m, p, direct, samples, found.condition);
+    REQUIRE(found.rank == n * m + n + p * direct + p);
+    CHECK(relative_error(simulate(found.model, u, found.x0).y, y) < 1e-10);
+    CHECK((found.model.B - truth.B).norm() < 1e-12 * found.condition * (1 + truth.B.norm()));
+    CHECK((found.model.D - truth.D).norm() < 1e-12 * found.condition * (1 + truth.D.norm()));
+    CHECK((found.x0 - x0).norm() < 1e-12 * found.condition * (1 + x0.norm()));
+  }
+}
+
+TEST_CASE("two inputs that are one: the rank of the regression says that B is not determined") {
+  Random random = numbers(58);
+  const LinearModel truth = random_linear(3, 2, 2, 0.9, random);
+  Matrix u = random.normal(2, 600);
+  u.row(1) = -2 * u.row(0);
+  const InputMatrices found = estimate_input_matrices(truth.A, truth.C, u, simulate(truth, u, Vector::Zero(3)).y, 2);
+  CHECK(found.rank == 3 + 3 + 2 + 2);
+}
+
 TEST_CASE("eq. (4): the remainder is uncorrelated with constant, input and state, and r33 is its factor") {
   Random random = numbers(56);
   const NonlinearModel model = random_nonlinear(4, 2, 3, 2, random);

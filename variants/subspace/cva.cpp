@@ -21,7 +21,7 @@ class Cva final : public HankelEstimator {
     const Matrix basis = future.U.leftCols(kept);
     const Matrix along = rq.R32() * instruments.V.leftCols(used);
     const Matrix whitened = basis * future.s.head(kept).cwiseInverse().asDiagonal() * (basis.transpose() * along);
-    return {svd(whitened), basis * future.s.head(kept).asDiagonal() * basis.transpose(), used,
+    return {whitened, basis * future.s.head(kept).asDiagonal() * basis.transpose(), used,
             instruments.s(0) / instruments.s(used - 1)};
   }
 

@@ -44,12 +44,12 @@ class N4sid final : public HankelEstimator {
     space.instrument_condition = past.condition;
     const Matrix along = rq.R32() * past.V;  // R32 without what the past's left-out directions carry
     if (options_.algorithm == "robust") {
-      space.weighted = svd(along);
+      space.weighted = along;
     } else {  // R32 Rww^+ [R_w1 Rww]: the past's part within [1; U_future] too
       const Matrix coefficients = along * past.s.cwiseInverse().asDiagonal() * past.U.transpose();
       Matrix oblique(rq.outputs(), rq.known() + rq.instruments());
       oblique << coefficients * rq.R.block(rq.known(), 0, rq.instruments(), rq.known()), along * past.V.transpose();
-      space.weighted = svd(oblique);
+      space.weighted = std::move(oblique);
     }
     return space;
   }
