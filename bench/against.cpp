@@ -15,17 +15,6 @@
 namespace wheelhop::bench {
 namespace {
 
-constexpr int kRepetitions = 9;
-
-template <class Work>
-void add(const std::string& what, const std::string& variant, const std::string& of, Work work) {
-  benchmark::RegisterBenchmark((what + "|" + variant + "|" + of).c_str(),
-                               [work](benchmark::State& state) { work(state); })
-      ->Repetitions(kRepetitions)
-      ->MinTime(0.02)
-      ->Unit(benchmark::kMillisecond);
-}
-
 std::string size_text(Index n) {
   if (n % 1000000 == 0) return fmt::format("{}M", n / 1000000);
   return n % 1000 == 0 ? fmt::format("{}k", n / 1000) : fmt::format("{}", n);
@@ -58,7 +47,7 @@ double row_error(const Matrix& factor, const Matrix& reference) {
 void add_factors(Excitation excitation, Index samples, Index s, double noise) {
   const std::string what = excitation == Excitation::white ? "R factor, white drive" : "R factor, band-limited drive";
   const std::string of = case_of(samples, s);
-  add(what, kOurs, of, [=](benchmark::State& state) {
+  add_work(what, kOurs, of, [=](benchmark::State& state) {
     const CarRecord& record = car_record(excitation, samples, noise);
     const std::vector<HankelBlock> blocks = blocks_of(record, s);
     HankelFactor factor;
@@ -76,7 +65,7 @@ void add_factors(Excitation excitation, Index samples, Index s, double noise) {
   for (const auto& [variant, feeding] : {std::pair{"SLICOT IB01MD 'C'", peers::Feeding::whole},
                                          std::pair{"SLICOT batches of 20k", peers::Feeding::batches}}) {
     if (feeding == peers::Feeding::batches && samples <= peers::kBatch) continue;
-    add(what, variant, of, [=, feeding = feeding](benchmark::State& state) {
+    add_work(what, variant, of, [=, feeding = feeding](benchmark::State& state) {
       const CarRecord& own = car_record(excitation, samples, noise);
       const peers::Record record = as_peer(own);
       Matrix factor;
@@ -93,14 +82,14 @@ void add_factors(Excitation excitation, Index samples, Index s, double noise) {
     });
   }
   if (excitation == Excitation::white && samples <= 200000 && s == 20) {
-    add(what, "LAPACK dgeqrf", of, [=](benchmark::State& state) {
+    add_work(what, "LAPACK dgeqrf", of, [=](benchmark::State& state) {
       const Matrix rows = explicit_rows(car_record(excitation, samples, noise), s).transpose();
       for (auto _ : state) {
         Matrix copy = rows;
         peers::lapack_qr(copy);
       }
     });
-    add(what, "LAPACK dsyrk + dpotrf", of, [=](benchmark::State& state) {
+    add_work(what, "LAPACK dsyrk + dpotrf", of, [=](benchmark::State& state) {
       const Matrix rows = explicit_rows(car_record(excitation, samples, noise), s);
       Matrix factor;
       for (auto _ : state) peers::lapack_gram(rows, factor);
@@ -111,7 +100,7 @@ void add_factors(Excitation excitation, Index samples, Index s, double noise) {
 void add_chain(Index samples, Index s) {
   const std::string what = "linear identification (po_moesp)", of = case_of(samples, s);
   constexpr double kNoise = 0.02;
-  add(what, kOurs, of, [=](benchmark::State& state) {
+  add_work(what, kOurs, of, [=](benchmark::State& state) {
     const CarRecord& record = car_record(Excitation::white, samples, kNoise);
     PoMoespOptions options;
     options.block_rows = s;
@@ -124,7 +113,7 @@ void add_chain(Index samples, Index s) {
   for (const auto& [variant, feeding] : {std::pair{"SLICOT IB01AD+BD+CD", peers::Feeding::whole},
                                          std::pair{"SLICOT batches of 20k", peers::Feeding::batches}}) {
     if (feeding == peers::Feeding::batches && samples <= peers::kBatch) continue;
-    add(what, variant, of, [=, feeding = feeding](benchmark::State& state) {
+    add_work(what, variant, of, [=, feeding = feeding](benchmark::State& state) {
       const CarRecord& own = car_record(Excitation::white, samples, kNoise);
       const peers::Record record = as_peer(own);
       peers::Identified model;
@@ -173,14 +162,14 @@ double residual(const Riccati& problem, const Matrix& P) {
 }
 
 void add_riccati(const std::string& of, const Riccati& problem) {
-  add("Riccati equation", kOurs, of, [=](benchmark::State& state) {
+  add_work("Riccati equation", kOurs, of, [=](benchmark::State& state) {
     DareSolution solution;
     for (auto _ : state) solution = solve_dare(problem.A, problem.C, problem.Q, problem.R);
     state.counters["doublings"] = solution.doublings;
     state.counters["radius_bound"] = solution.radius_bound;
     if (solution.P.size() > 0) state.counters["residual"] = residual(problem, solution.P);
   });
-  add("Riccati equation", "SLICOT SB02OD", of, [=](benchmark::State& state) {
+  add_work("Riccati equation", "SLICOT SB02OD", of, [=](benchmark::State& state) {
     Matrix P;
     int info = 0;
     for (auto _ : state) info = peers::slicot_dare(problem.A, problem.C, problem.Q, problem.R, P);

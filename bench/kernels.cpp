@@ -7,7 +7,6 @@
 #include "core/identify/free_run_problem.hpp"
 #include "core/kernels/dare.hpp"
 #include "core/kernels/hankel.hpp"
-#include "core/plant/dataset.hpp"
 #include "variants/nonlinearity/mlp.hpp"
 
 namespace {
@@ -83,52 +82,5 @@ void free_run_linearisation(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * samples);
 }
 BENCHMARK(free_run_linearisation)->ArgName("N")->Arg(2000)->Arg(12000)->Unit(benchmark::kMillisecond);
-
-/// A quarter car with end stops and two numbers of every law and mass to move, under a road of 12,000 samples.
-struct QuarterCar {
-  Plant plant = parse_plant(JsonCursor::from(parse_json(R"({
-    "name": "quarter car",
-    "masses": [{"name": "body", "mass_kg": 300}, {"name": "wheel", "mass_kg": 40}],
-    "inputs": [{"name": "road", "kind": "displacement", "unit": "m", "hold_hz": 500}],
-    "elements": [
-      {"name": "suspension", "between": ["wheel", "body"], "laws": [
-        {"law": "hardening_spring", "stiffness_n_per_m": 18000, "alpha_per_m2": 1500, "beta_m": 0.02,
-         "travel_limit_m": 0.09}, {"law": "viscous_damper", "damping_ns_per_m": 850}]},
-      {"name": "tyre", "between": ["road", "wheel"], "laws": [{"law": "linear_spring", "stiffness_n_per_m": 200000}]}],
-    "sensors": [{"name": "body_acc", "kind": "acceleration", "of": "body", "unit": "m/s^2"},
-                {"name": "travel", "kind": "displacement", "between": ["wheel", "body"], "unit": "m"}]})",
-                                                        "plant.json"),
-                                             "plant.json"));
-  Matrix drive = 0.001 * Random(5, Stream::road).normal(1, 12000);
-  std::vector<Plant> neighbours;
-  std::vector<Variation> variations;
-  QuarterCar() {
-    for (const PlantParameter& parameter : plant_parameters(plant)) {
-      neighbours.push_back(plant);
-      set_parameter(neighbours.back(), parameter.name, 1.0001 * parameter.value);
-    }
-    for (const Plant& neighbour : neighbours) variations.push_back({.neighbour = &neighbour});
-  }
-};
-
-/// Derivatives of a simulation in all eight parameters: by the variational equations, and by what they replace.
-void plant_derivatives_by_tangents(benchmark::State& state) {
-  const QuarterCar car;
-  for (auto _ : state)
-    benchmark::DoNotOptimize(simulate_varied(car.plant, car.drive, {}, car.variations).outputs.data());
-}
-BENCHMARK(plant_derivatives_by_tangents)->Unit(benchmark::kMillisecond);
-
-void plant_derivatives_by_differences(benchmark::State& state) {
-  const QuarterCar car;
-  for (auto _ : state) {
-    const Matrix here = simulate_measured(car.plant, car.drive).outputs;
-    for (const Plant& neighbour : car.neighbours) {
-      const Matrix change = (simulate_measured(neighbour, car.drive).outputs - here) / 1e-4;
-      benchmark::DoNotOptimize(change.data());
-    }
-  }
-}
-BENCHMARK(plant_derivatives_by_differences)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -26,7 +26,8 @@ std::string processor() {
 }
 
 const char* const kHelp =
-    "Times the kernels beside SLICOT and LAPACK (Debian: libslicot-dev, libopenblas-serial-dev) in one process.\n"
+    "Times the kernels beside SLICOT, LAPACK and Ceres (Debian: libslicot-dev, libopenblas-serial-dev, libceres-dev)\n"
+    "in one process, one thread.\n"
     "Usage: wheelhop bench [--out FILE.json] [options of Google Benchmark]\n"
     "  --benchmark_filter=Riccati    only what the expression matches\n"
     "  --benchmark_list_tests        names, as WHAT|VARIANT|CASE\n"
@@ -50,17 +51,23 @@ int main(int argc, char** argv) {
       passed.push_back(argv[i]);
   }
   bench::add_peers();
+  bench::add_training();
+  bench::add_stepping();
   int count = static_cast<int>(passed.size());
   benchmark::Initialize(&count, passed.data());
   if (benchmark::ReportUnrecognizedArguments(count, passed.data())) return 2;
   bench::RatioReporter reporter;
   if (benchmark::RunSpecifiedBenchmarks(&reporter) == 0) return 2;
-  const Json results = reporter.finish();
+  const Json results = reporter.finish(), complexity = reporter.complexity();
   const Json limits = {{"fma_gflops", bench::peak_gflops()}, {"triad_gb_per_s", bench::triad_gb_per_s()}};
   fmt::print("one core of {}: {:.3g} GFLOP/s in fused multiply-adds, {:.3g} GB/s in the triad\n", processor(),
              limits["fma_gflops"].get<double>(), limits["triad_gb_per_s"].get<double>());
   if (out.empty()) return 0;
-  Json file = {{"schema", "wheelhop.bench/1"}, {"processor", processor()}, {"limits", limits}, {"results", results}};
+  Json file = {{"schema", "wheelhop.bench/1"},
+               {"processor", processor()},
+               {"limits", limits},
+               {"results", results},
+               {"complexity", complexity}};
 #ifdef WHEELHOP_HAS_PEERS
   file["blas"] = peers::blas_in_use();
 #endif

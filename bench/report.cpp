@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
 
 #include "experiments/run/statistics.hpp"
 
@@ -19,6 +22,23 @@ Name split(const std::string& name) {
   if (first == std::string::npos) return {name, kOurs, ""};
   const std::size_t second = name.find('|', first + 1);
   return {name.substr(0, first), name.substr(first + 1, second - first - 1), name.substr(second + 1)};
+}
+
+struct Size {
+  double value;
+  std::string rest;  // of the case
+};
+
+/// "N=20k s=20" is {20000, "s=20"}.
+std::optional<Size> size_of(const std::string& of) {
+  const std::size_t equals = of.find('='), end = std::min(of.find(' '), of.size());
+  if (equals == std::string::npos || equals > end) return std::nullopt;
+  double value = 0;
+  const auto [rest, error] = std::from_chars(of.data() + equals + 1, of.data() + end, value);
+  if (error != std::errc() || !(value > 0)) return std::nullopt;
+  const std::string unit(rest, of.data() + end);
+  value *= unit == "k" ? 1e3 : unit == "M" ? 1e6 : 1;
+  return Size{value, end < of.size() ? of.substr(end + 1) : of.substr(0, equals)};
 }
 
 }  // namespace
@@ -39,14 +59,49 @@ void RatioReporter::ReportRuns(const std::vector<Run>& runs) {
   }
 }
 
+double RatioReporter::median_of(const std::string& name) const {
+  const auto at = measured_.find(name);
+  if (at == measured_.end() || at->second.ms.empty()) return 0;
+  std::vector<double> ms = at->second.ms;
+  std::sort(ms.begin(), ms.end());
+  return quantile(ms, 0.5);
+}
+
+Json RatioReporter::complexity() const {
+  // By WHAT, VARIANT and the rest of the case: size and time.
+  std::map<std::tuple<std::string, std::string, std::string>, std::map<double, double>> series;
+  for (const std::string& name : order_) {
+    const Name parts = split(name);
+    const std::optional<Size> size = size_of(parts.of);
+    if (const double ms = median_of(name); size && ms > 0)
+      series[{parts.what, parts.variant, size->rest}][size->value] = ms;
+  }
+  Json list = Json::array();
+  fmt::print("\n{:<34} {:<24} {:<14} {:<20} {:>8}\n", "time grows as size^exponent", "variant", "case", "sizes",
+             "exponent");
+  for (const auto& [key, points] : series) {
+    if (points.size() < 3) continue;
+    const auto& [what, variant, rest] = key;
+    double x = 0, y = 0, xx = 0, xy = 0;
+    const auto count = static_cast<double>(points.size());
+    for (const auto& [size, ms] : points) {
+      x += std::log(size) / count;
+      y += std::log(ms) / count;
+    }
+    for (const auto& [size, ms] : points) {
+      xx += (std::log(size) - x) * (std::log(size) - x);
+      xy += (std::log(size) - x) * (std::log(ms) - y);
+    }
+    const double least = points.begin()->first, largest = points.rbegin()->first;
+    fmt::print("{:<34} {:<24} {:<14} {:<20} {:>8.2f}\n", what, variant, rest,
+               fmt::format("{:g} to {:g}", least, largest), xy / xx);
+    list.push_back(
+        {{"what", what}, {"variant", variant}, {"case", rest}, {"sizes", {least, largest}}, {"exponent", xy / xx}});
+  }
+  return list;
+}
+
 Json RatioReporter::finish() {
-  const auto median_of = [&](const std::string& name) {
-    const auto at = measured_.find(name);
-    if (at == measured_.end() || at->second.ms.empty()) return 0.0;
-    std::vector<double> ms = at->second.ms;
-    std::sort(ms.begin(), ms.end());
-    return quantile(ms, 0.5);
-  };
   Json list = Json::array();
   std::sort(order_.begin(), order_.end(), [](const std::string& a, const std::string& b) {
     const Name x = split(a), y = split(b);

@@ -25,12 +25,18 @@ class RatioReporter : public benchmark::BenchmarkReporter {
   /// {"median", "q05", "q95"}, "repetitions", counters ..., "ratio"}]`
   Json finish();
 
+  /// How the time grows with the first size of a case ("N=20k s=20" with N, "n=010" with n): the least-squares slope of
+  /// log(median) over log(size), where there are three sizes at least. Prints a table.
+  /// @return `[{"what", "variant", "case", "sizes": [least, largest], "exponent"}]`
+  Json complexity() const;
+
  private:
   struct Measured {
     std::vector<double> ms;
     std::map<std::string, double> counters;
     std::string error;
   };
+  double median_of(const std::string& name) const;
   std::vector<std::string> order_;
   std::map<std::string, Measured> measured_;
 };

@@ -278,19 +278,26 @@ void refine_in_rounds(const Run& run, PipelineResult& result) {
     best = refined.solution.cost;
     keep(refined);
   };
+  const auto ridge = [&] {
+    return fit_ridge(result.model, result.x0, run.u, run.y, weight_std, run.skip, run.pieces.solver,
+                     run.options.refine_iterations, run.pieces.make_ridge,
+                     {.any = run.options.ridge_degree, .hardening = run.options.hardening_degree});
+  };
   if (run.options.refine_rounds > 0) short_refinement(result.model, result.x0);
+  // One element between two bodies needs no rounds: a map that bends in one direction, and one polynomial that does
+  // better than it.
+  std::optional<Refinement> simple;
+  if (run.options.refine_rounds > 0) simple = ridge();
   Index idle = 0;  // rounds in a row that brought less than half a percent
-  for (Index round = 0; round < run.options.refine_rounds && idle < 3; ++round) {
+  for (Index round = 0; !simple && round < run.options.refine_rounds && idle < 3; ++round) {
     const double before = best;
     Pass pass;
     if (!fit_map_anew(run, result.model, result.x0, pass)) break;
     short_refinement(pass.model, pass.x0);
     idle = best < 0.995 * before ? 0 : idle + 1;
   }
-  const auto ridge = fit_ridge(result.model, result.x0, run.u, run.y, weight_std, run.skip, run.pieces.solver,
-                               run.options.refine_iterations, run.pieces.make_ridge,
-                               {.any = run.options.ridge_degree, .hardening = run.options.hardening_degree});
-  const Refinement last = ridge ? *ridge : refined_from(result.model, result.x0, run.options.refine_iterations);
+  if (!simple) simple = ridge();
+  const Refinement last = simple ? *simple : refined_from(result.model, result.x0, run.options.refine_iterations);
   result.refinement.solution = last.solution;
   if (usable(last.solution)) keep(last);
 }

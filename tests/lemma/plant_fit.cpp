@@ -204,3 +204,41 @@ TEST_CASE(
     CHECK(fit.theta(0) == Approx(prior_std > 0 ? 15 : 20).epsilon(1e-2));
   }
 }
+
+TEST_CASE("an initial state is found in the part of a record that remembers it, as in the whole of it") {
+  const Plant plant = plant_from(quarter_car_text);
+  for (const double seconds : {2.0, 40.0}) {
+    Measurement m = measure(plant, seconds, 0.004, 0.05, 520);
+    // The record begins in the middle of a motion.
+    const Index cut = 100;
+    m.record.drive = m.record.drive.rightCols(m.record.drive.cols() - cut * m.record.ratio).eval();
+    m.record.y = m.record.y.rightCols(m.record.y.cols() - cut).eval();
+    const auto solver = make_levenberg_marquardt({});
+    const PlantFit fit = fit_plant(plant, {}, {m.record}, *solver, {.iterations = 30});
+    REQUIRE(fit.solution.status == Status::ok);
+    CHECK(fit.error[0].cols() == m.record.y.cols());
+    CHECK(fit.misfit == Approx(1).epsilon(0.1));
+    // The step that the whole record would still ask for, in standard deviations.
+    const auto problem = plant_problem(plant, {}, {m.record}, fit.state_scale);
+    const Vector theta = fit.initial_states[0].cwiseQuotient(fit.state_scale);
+    Vector r(problem->residuals());
+    Matrix J(problem->residuals(), problem->parameters());
+    REQUIRE(problem->jacobian(theta, r, J));
+    CHECK((r - fit.residual).norm() < 1e-9 * r.norm());
+    const Matrix H = J.transpose() * J + Matrix(fit.precision.asDiagonal());
+    const Vector step = solve(H, J.transpose() * r + fit.precision.cwiseProduct(theta - fit.states_at_rest));
+    const Matrix covariance = solve(H, Matrix::Identity(4, 4));
+    for (Index i = 0; i < 4; ++i) CHECK(std::abs(step(i)) < 1e-2 * std::sqrt(covariance(i, i)));
+  }
+}
+
+TEST_CASE("a plant that fails beyond the part of a record that remembers the start has no fit of its initial states") {
+  const Plant plant = plant_from(quarter_car_text);
+  Measurement m = measure(plant, 40, 0.004, 0.05, 521);
+  const auto solver = make_levenberg_marquardt({});
+  const PlantFit first = fit_plant(plant, {}, {m.record}, *solver, {.iterations = 10});
+  m.record.drive.rightCols(200).setConstant(1);  // through the end stop, long after the start is forgotten
+  const PlantFit fit = fit_plant(plant, {}, {m.record}, *solver, {.iterations = 10, .from = &first});
+  CHECK(fit.solution.status == Status::outside_domain);
+  CHECK(fit.error.empty());
+}
