@@ -100,10 +100,24 @@ bool residual_of(const Simulation& result, const FitRecord& record, VectorRef r)
   return r.allFinite();
 }
 
-bool run_record(const Plant& plant, const FitRecord& record, const Vector& initial_state, VectorRef r) {
-  return residual_of(simulate_measured(plant, record.drive.leftCols(record.y.cols() * record.ratio),
-                                       run_options(plant, record, initial_state)),
-                     record, r);
+/// r of all records one after the other, simulated side by side. False if a simulation failed.
+bool run_records(const Plant& plant, const std::vector<FitRecord>& records, const std::vector<Vector>& initial_states,
+                 VectorRef r) {
+  std::vector<Matrix> drives;
+  std::vector<SimulationTask> tasks;
+  drives.reserve(records.size());
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    drives.push_back(records[i].drive.leftCols(records[i].y.cols() * records[i].ratio));
+    tasks.push_back({&plant, &drives.back(), run_options(plant, records[i], initial_states[i])});
+  }
+  const std::vector<Simulation> runs = simulate_measured_side_by_side(tasks);
+  Index filled = 0;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Index count = records[i].y.rows() * (records[i].y.cols() - records[i].skip);
+    if (!residual_of(runs[i], records[i], r.segment(filled, count))) return false;
+    filled += count;
+  }
+  return true;
 }
 
 class PlantProblem final : public ResidualProblem {
@@ -141,9 +155,9 @@ class PlantProblem final : public ResidualProblem {
   bool residual(ConstVectorRef theta, VectorRef r) const override {
     Plant plant;
     if (!place(theta, plant)) return false;
-    for (std::size_t i = 0; i < records_.size(); ++i)
-      if (!run(plant, theta, i, r.segment(first_[i], length(i)))) return false;
-    return true;
+    std::vector<Vector> states;
+    for (std::size_t i = 0; i < records_.size(); ++i) states.push_back(initial_state(theta, i));
+    return run_records(plant, records_, states, r);
   }
 
   bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
@@ -186,7 +200,7 @@ class PlantProblem final : public ResidualProblem {
   Index length(std::size_t i) const { return records_[i].y.rows() * (records_[i].y.cols() - records_[i].skip); }
 
   bool run(const Plant& plant, ConstVectorRef theta, std::size_t i, VectorRef r) const {
-    return run_record(plant, records_[i], initial_state(theta, i), r);
+    return run_records(plant, {records_[i]}, {initial_state(theta, i)}, r);
   }
 
   bool known_column(Index j, MatrixRef J) const {
@@ -375,15 +389,10 @@ std::unique_ptr<ResidualProblem> plant_problem(const Plant& plant, const std::ve
 
 bool plant_residual(const Plant& plant, const std::vector<FitRecord>& records,
                     const std::vector<Vector>& initial_states, Vector& residual) {
-  Index total = 0, filled = 0;
+  Index total = 0;
   for (const FitRecord& record : records) total += record.y.rows() * (record.y.cols() - record.skip);
   residual.resize(total);
-  for (std::size_t i = 0; i < records.size(); ++i) {
-    const Index count = records[i].y.rows() * (records[i].y.cols() - records[i].skip);
-    if (!run_record(plant, records[i], initial_states[i], residual.segment(filled, count))) return false;
-    filled += count;
-  }
-  return true;
+  return run_records(plant, records, initial_states, residual);
 }
 
 PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& parameters,

@@ -24,6 +24,36 @@ GeneratedRecord run(const Plant& plant, ConstMatrixRef drive, double sampling_hz
   return record;
 }
 
+/// A drive as the plant feels it, and the way from the ideal readings to the record.
+struct Felt {
+  Felt(const Plant& of, ConstMatrixRef command, SimulateOptions asked)
+      : options(std::move(asked)), plant(of), ratio(options.decimation) {
+    // A filter in a sensor reads what lies between the samples of the record.
+    filtered = ratio > 1 && any_sensor_lags(plant);
+    if (filtered) options.decimation = 1;
+    drive = apply_drive_paths(plant, command, std::clamp<Index>(options.lead_samples, 0, command.cols()));
+    options.sampled_drive = drive_at_samples(plant, drive);
+  }
+
+  Simulation measured(Simulation simulation) const {
+    simulation.outputs =
+        apply_sensor_paths(plant, simulation.outputs, plant.hold_hz() / static_cast<double>(options.decimation));
+    if (filtered) {
+      simulation.outputs = decimate(simulation.outputs, ratio);
+      simulation.states = decimate(simulation.states, ratio);
+    }
+    return simulation;
+  }
+
+  Matrix drive;
+  SimulateOptions options;
+
+ private:
+  const Plant& plant;
+  Index ratio;
+  bool filtered = false;
+};
+
 }  // namespace
 
 Index hold_samples_per_record_sample(const Plant& plant, double sampling_hz) {
@@ -39,21 +69,21 @@ Index hold_samples_per_record_sample(const Plant& plant, double sampling_hz) {
 }
 
 Simulation simulate_measured(const Plant& plant, ConstMatrixRef drive, SimulateOptions options) {
-  const Index ratio = options.decimation;
-  // A filter in a sensor reads what lies between the samples of the record.
-  const bool filtered = ratio > 1 && any_sensor_lags(plant);
-  if (filtered) options.decimation = 1;
-  const Index first = std::clamp<Index>(options.lead_samples, 0, drive.cols());
-  const Matrix felt = apply_drive_paths(plant, drive, first);
-  options.sampled_drive = drive_at_samples(plant, felt);
-  Simulation simulation = simulate(plant, felt, options);
-  const double rate_hz = plant.hold_hz() / static_cast<double>(options.decimation);
-  simulation.outputs = apply_sensor_paths(plant, simulation.outputs, rate_hz);
-  if (filtered) {
-    simulation.outputs = decimate(simulation.outputs, ratio);
-    simulation.states = decimate(simulation.states, ratio);
+  const Felt felt(plant, drive, std::move(options));
+  return felt.measured(simulate(plant, felt.drive, felt.options));
+}
+
+std::vector<Simulation> simulate_measured_side_by_side(const std::vector<SimulationTask>& tasks) {
+  std::vector<Felt> felt;
+  std::vector<SimulationTask> inner;
+  felt.reserve(tasks.size());
+  for (const SimulationTask& task : tasks) {
+    const Felt& own = felt.emplace_back(*task.plant, *task.drive, task.options);
+    inner.push_back({task.plant, &own.drive, own.options});
   }
-  return simulation;
+  std::vector<Simulation> results = simulate_side_by_side(inner);
+  for (std::size_t i = 0; i < results.size(); ++i) results[i] = felt[i].measured(std::move(results[i]));
+  return results;
 }
 
 VariedSimulation simulate_varied(const Plant& plant, ConstMatrixRef drive, SimulateOptions options,

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/plant/simulate.hpp"
 #include "core/plant/tangent.hpp"
@@ -25,6 +26,10 @@ Index hold_samples_per_record_sample(const Plant& plant, double sampling_hz);
 /// @param drive m x N commands at the hold rate   @param options `decimation` as in `simulate`: hold samples a record
 /// sample. Statuses as `simulate`.
 Simulation simulate_measured(const Plant& plant, ConstMatrixRef drive, SimulateOptions options = {});
+
+/// The same for several drives and plants at once, four in a vector register where `simulate_side_by_side` can.
+/// @param tasks with commands as drives
+std::vector<Simulation> simulate_measured_side_by_side(const std::vector<SimulationTask>& tasks);
 
 /// A simulation through the paths, and how what it reads changes in given directions.
 struct VariedSimulation {

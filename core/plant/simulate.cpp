@@ -152,6 +152,7 @@ class March {
       for (Index step = 0; step < substeps_; ++step) {
         if (!begun && !begin()) return;
         if (adapts && step == 0) {
+          tell_inputs(0);
           const double* const x = state(0, q_, v_, z_);
           first_.motion.place(x, x + n_);
           substeps_ = steps_for(first_.motion.fastest_yielding(), hold_s, options.substeps, options.most_substeps);
