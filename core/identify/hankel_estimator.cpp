@@ -50,6 +50,8 @@ LinearEstimate HankelEstimator::identify(ConstMatrixRef u, ConstMatrixRef y, Ind
     return estimate;
   }
   const HankelRq rq = hankel_rq(u, y, s, past, past_outputs_);  // eq. (11), constant row of Remark 1
+  estimate.factor = to_string(rq.method);
+  estimate.factor_error = rq.error;
   // Past inputs that the future inputs determine to round-off (a constant, a few sines) instrument nothing: R32 is
   // then what noise and round-off make of it, whatever its singular values look like.
   const double input_size = rq.R.topLeftCorner(1 + m * (s + past), 1 + m * (s + past)).norm();

@@ -26,6 +26,8 @@ struct LinearEstimate {
   double condition = 0;             ///< of the least squares for B, D, x0, y0
   Index instruments = 0;            ///< directions of the instruments that were used; 0 where a method has none
   double instrument_condition = 0;  ///< largest over smallest singular value of these directions
+  std::string factor;               ///< how the block-Hankel matrix was factored: a `FactorMethod` as text
+  double factor_error = 0;          ///< estimated relative error of its rows, see HankelFactor::error
 };
 
 /// What a record must offer an estimator.

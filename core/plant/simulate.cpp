@@ -73,6 +73,11 @@ struct Lane {
   bool going = true;
 };
 
+/// Internal states of laws are judged interval by interval, see SimulateOptions::most_substeps.
+bool chooses_steps(const Lane& lane) {
+  return lane.motion.memories() > 0 && lane.options.most_substeps > lane.options.substeps;
+}
+
 void start(Lane& lane) {
   const Plant& plant = lane.plant;
   const SimulateOptions& options = lane.options;
@@ -126,7 +131,7 @@ class March {
   void run() {
     const double hold_s = 1 / first_.plant.hold_hz();
     const SimulateOptions& options = first_.options;
-    const bool adapts = s_ > 0 && options.most_substeps > options.substeps;
+    const bool adapts = chooses_steps(first_);
     Index longest = 0, next_kept = options.lead_samples;
     for (const Lane* lane : lanes_) longest = std::max(longest, lane->going ? lane->drive.cols() : 0);
     for (k_ = 0; k_ < longest; ++k_) {
@@ -394,15 +399,16 @@ void march(std::vector<Lane*> lanes, Tangent* tangent) {
 }
 
 /// True if two simulations can share a vector register: the same masses, graph and laws, whatever their values, and the
-/// same steps. Memories choose their own number of steps.
+/// same steps.
 bool in_step(const Lane& a, const Lane& b) {
   const Plant &one = a.plant, &other = b.plant;
   const auto same = [](const auto& list, const auto& others, auto&& equal) {
     return std::equal(list.begin(), list.end(), others.begin(), others.end(), equal);
   };
   const auto law = [](const Law& x, const Law& y) { return x.kind == y.kind && x.values.size() == y.values.size(); };
-  return a.motion.memories() == 0 && one.hold_hz() == other.hold_hz() && a.options.substeps == b.options.substeps &&
-         a.options.decimation == b.options.decimation && a.options.lead_samples == b.options.lead_samples &&
+  return !chooses_steps(a) && !chooses_steps(b) && one.hold_hz() == other.hold_hz() &&
+         a.options.substeps == b.options.substeps && a.options.decimation == b.options.decimation &&
+         a.options.lead_samples == b.options.lead_samples &&
          (a.options.sampled_drive.size() == 0) == (b.options.sampled_drive.size() == 0) &&
          same(one.masses, other.masses, [](const Mass& x, const Mass& y) { return x.name == y.name; }) &&
          same(one.points, other.points,

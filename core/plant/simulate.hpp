@@ -68,8 +68,9 @@ struct SimulationTask {
 };
 
 /// The same results as one `simulate` after the other, to round-off, with statuses of their own. Those of equal graph,
-/// laws and steps run four at a time, a lane of a vector register each, as long as they have no memories: realisations,
-/// records of one plant, variations of its parameters. Of four, the time is about that of one and a half.
+/// laws and steps run four at a time, a lane of a vector register each, unless laws with memory choose their
+/// own steps: realisations, records of one plant, variations of its parameters. Of four, the time is about that of one
+/// and a half.
 std::vector<Simulation> simulate_side_by_side(const std::vector<SimulationTask>& tasks);
 
 /// Substeps with which every pole of the plant linearised at zero lies well inside the stability region of the

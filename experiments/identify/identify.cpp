@@ -128,6 +128,7 @@ Json scores_json(const IdentifyConfig& config, const PipelineResult& result, con
       {"order", result.linear.order_used},
       {"gap", result.linear.gap},
       {"singular_values", std::vector<double>(values.begin(), values.begin() + std::min<Index>(values.size(), 12))},
+      {"factor", {{"method", result.linear.factor}, {"error", result.linear.factor_error}}},
       {"excitation_order", config.excitation_found},
       {"direction_residual", result.direction.residual},
       {"agreeing_starts", result.direction.agreeing},

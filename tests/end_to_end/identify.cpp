@@ -68,6 +68,7 @@ TEST_CASE("a model identified from generated records follows the validation reco
   CHECK(model.at("status") == "ok");
   const Json& scores = model.at("scores").at("records").at(1);
   CHECK(scores.at("role") == "validation");
+  CHECK_FALSE(model.at("scores").at("factor").at("method").get<std::string>().empty());
 
   REQUIRE(simulate(folder, "model.json", "data/records.json", "all.csv").status == 0);
   const Table all = read_table(folder / "all.csv"), measured = read_table(folder / "data/validation_1.csv");
