@@ -1,6 +1,7 @@
 #include "bench/peers.hpp"
 
 #include <dlfcn.h>
+#include <filesystem>
 
 #include <algorithm>
 
@@ -162,7 +163,9 @@ std::string blas_in_use() {
   const void* const loaded = ::dlsym(RTLD_DEFAULT, "dsyrk_");
   Dl_info info;
   if (loaded == nullptr || ::dladdr(loaded, &info) == 0 || info.dli_fname == nullptr) return "unknown";
-  return info.dli_fname;
+  // Folder and file: Debian's packages differ in the folder.
+  const std::filesystem::path file(info.dli_fname);
+  return (file.parent_path().filename() / file.filename()).string();
 }
 
 }  // namespace wheelhop::peers

@@ -5,7 +5,7 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
 import { drawSvg } from './figure.mjs';
 
-/** Case and ratio of every peer; UserError where the file is no bench result. */
+/** Case and ratio of every peer; an error where the file is no bench result. */
 export function ratios(result) {
   if (result?.schema !== 'wheelhop.bench/1' || !Array.isArray(result.results))
     throw new Error('expected a file that `wheelhop bench --out` wrote (schema wheelhop.bench/1)');
@@ -14,16 +14,33 @@ export function ratios(result) {
     .map(({ what, variant, case: of, ratio }) => ({ what, variant, of, ratio }));
 }
 
+/** "N=20k s=20" as [20000, "s=20"], for an order by size. */
+function sizeOf(of) {
+  const found = /^[^ =]*=(\d+)([kM]?)(.*)$/.exec(of);
+  if (!found) return [Infinity, of];
+  return [Number(found[1]) * { '': 1, k: 1e3, M: 1e6 }[found[2]], found[3]];
+}
+
+/** Cases by what stands behind the size, then by the size. */
+export function inOrder(cases) {
+  return [...new Set(cases)].sort((a, b) => {
+    const [x, restX] = sizeOf(a);
+    const [y, restY] = sizeOf(b);
+    return restX === restY ? x - y : restX < restY ? -1 : 1;
+  });
+}
+
 /** One panel a kernel, one mark a peer and case, on a scale of powers: right of 1 wheelhop is ahead. */
 export function specification(result) {
   const values = ratios(result);
   const order = [...new Set(values.map((item) => item.what))];
+  const legend = { title: null, orient: 'right', labelLimit: 220 };
   const panels = order.map((what) => {
     const own = values.filter((item) => item.what === what);
     return {
       width: 460,
       height: { step: 16 },
-      title: { text: what, anchor: 'start', fontSize: 13, color: '#1c1f23' },
+      title: { text: what, anchor: 'start', frame: 'group', fontSize: 13, color: '#1c1f23' },
       data: { values: own },
       layer: [
         {
@@ -43,13 +60,12 @@ export function specification(result) {
                 gridColor: '#e3e6ea',
               },
             },
-            y: { field: 'of', type: 'nominal', sort: null, axis: { title: null, labelLimit: 220 } },
-            color: { field: 'variant', type: 'nominal', sort: null, legend: { title: null, orient: 'right', labelLimit: 220 } },
-            shape: { field: 'variant', type: 'nominal', sort: null },
+            y: { field: 'of', type: 'nominal', sort: inOrder(own.map((item) => item.of)), axis: { title: null, labelLimit: 220 } },
+            color: { field: 'variant', type: 'nominal', sort: null, legend },
+            shape: { field: 'variant', type: 'nominal', sort: null, legend },
           },
         },
       ],
-      resolve: { scale: { color: 'independent' } },
     };
   });
   return {
@@ -60,6 +76,7 @@ export function specification(result) {
       text: 'Kernels beside their peers',
       subtitle: `One thread of ${result.processor}; medians of interleaved repetitions`,
       anchor: 'start',
+      offset: 14,
       fontSize: 16,
       subtitleFontSize: 12,
       subtitleColor: '#4a5058',

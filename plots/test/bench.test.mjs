@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { ratios, toSvg } from '../bench.mjs';
+import { inOrder, ratios, toSvg } from '../bench.mjs';
 
 const result = {
   schema: 'wheelhop.bench/1',
@@ -24,4 +24,10 @@ test('one mark a peer that ran, the same bytes each time, all text escaped', asy
 
 test('another file gives one clear error', async () => {
   await assert.rejects(async () => toSvg({ schema: 'wheelhop.sweep/1' }), /wheelhop bench --out/);
+});
+
+test('cases stand in the order of their sizes', () => {
+  const cases = ['N=200k s=20', 'N=2M s=20', 'N=20k s=40', 'N=2k s=20', 'N=20k s=20'];
+  assert.deepEqual(inOrder(cases), ['N=2k s=20', 'N=20k s=20', 'N=200k s=20', 'N=2M s=20', 'N=20k s=40']);
+  assert.deepEqual(inOrder(['on the circle', 'n=010', 'n=005']), ['n=005', 'n=010', 'on the circle']);
 });
