@@ -114,7 +114,6 @@ class Tangent {
   std::vector<std::size_t> neighbour_of_;  // of a direction; beyond the list: none
   std::vector<Part> parts_;                // one an element
   std::vector<OwnChange> changes_;
-  std::size_t term_count_ = 0;
   std::vector<std::vector<double>> term_values_;  // a row a term, until all neighbours are known
   Rows terms_;                                    // what neighbours change
   Rows own_rate_;                                 // what neighbours change in the rates of memories
