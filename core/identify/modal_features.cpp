@@ -11,9 +11,11 @@
 namespace wheelhop {
 namespace {
 
-constexpr Index kChunk = 1024;           // samples; a dozen rows of it lie in the second cache
-constexpr double kSeparable = 1e-8;      // see separate_modes
-constexpr double kMomentsError = 1e-10;  // relative error of the solution by moments, above which reflections take over
+constexpr Index kChunk = 1024;  // samples; a dozen rows of them fit into the second cache, and no result depends on it
+constexpr double kSeparable = 1e-8;  // see separate_modes
+// Moments lose eps times their condition. A judgement: above this loss reflections take over, which is far below what
+// noise makes of B and D in any record.
+constexpr double kMomentsError = 1e-10;
 
 }  // namespace
 

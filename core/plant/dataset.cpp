@@ -24,7 +24,7 @@ GeneratedRecord run(const Plant& plant, ConstMatrixRef drive, double sampling_hz
   return record;
 }
 
-/// A drive as the plant feels it, and the way from the ideal readings to the record.
+/// A drive behind the drive paths, as the plant feels it, and the way from ideal readings through the sensor paths.
 struct Felt {
   Felt(const Plant& of, ConstMatrixRef command, SimulateOptions asked)
       : options(std::move(asked)), plant(of), ratio(options.decimation) {
