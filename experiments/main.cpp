@@ -62,6 +62,7 @@ int run_program(int count, char** words) {
   add_identify(app, run);
   add_simulate(app, run);
   add_diagnose(app, run);
+  add_decide(app, run);
   add_blind(app, run);
   add_plan(app, run);
   add_reproduce(app, run);

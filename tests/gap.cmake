@@ -1,4 +1,8 @@
-# Tests of the gap layer.
+# Tests of the verdict, linked with nothing that could simulate, and of the rest of the diagnosis.
+wheelhop_tests(verdict wheelhop_verdict
+  FILES
+  lemma/decide.cpp
+  lemma/posterior.cpp)
 wheelhop_tests(gap wheelhop_gap wheelhop_variants
   FILES
   lemma/noise_floor.cpp
@@ -9,7 +13,6 @@ wheelhop_tests(gap wheelhop_gap wheelhop_variants
   conformance/effects.cpp
   lemma/locate.cpp
   lemma/operation.cpp
-  lemma/rivals.cpp
   lemma/scale.cpp
   lemma/shares.cpp
   lemma/profile.cpp

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/gap/effect.hpp"
+#include "core/gap/which/effect.hpp"
 
 namespace wheelhop {
 

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "core/base/options.hpp"
-#include "core/gap/effect.hpp"
+#include "core/gap/which/effect.hpp"
 #include "core/identify/pieces.hpp"
-#include "core/identify/solver.hpp"
+#include "core/optimise/solver.hpp"
 #include "core/model/static_map.hpp"
 
 namespace wheelhop {

@@ -4,129 +4,200 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "core/gap/judge.hpp"
-#include "core/gap/probe.hpp"
+#include "core/gap/checks.hpp"
+#include "core/gap/evidence/scale.hpp"
+#include "core/gap/verdict/posterior.hpp"
+#include "core/gap/verdict/scales.hpp"
+#include "core/gap/where/locate.hpp"
+#include "core/gap/where/unknown.hpp"
+#include "core/gap/which/parameter_label.hpp"
+#include "core/gap/which/shares.hpp"
 
 namespace wheelhop {
-
-std::string to_string(GapOutcome outcome) {
-  switch (outcome) {
-    case GapOutcome::none: return "none";
-    case GapOutcome::parameter: return "parameter";
-    case GapOutcome::effect: return "effect";
-    case GapOutcome::several: return "several";
-    case GapOutcome::located_not_in_catalogue: return "located_not_in_catalogue";
-    case GapOutcome::exogenous: return "exogenous";
-    case GapOutcome::ambiguous: return "ambiguous";
-    default: return "insufficient";
-  }
-}
-
-bool is_rounding(const Diagnosis& diagnosis) {
-  return diagnosis.outcome == GapOutcome::effect && diagnosis.closure.value == kNothingAdded.value &&
-         std::isnan(diagnosis.closure.low);
-}
-
-double share_of(const Diagnosis& diagnosis, const Suspect& suspect) {
-  // One that was also fitted alone stands further down a second time.
-  const auto first = std::find_if(diagnosis.suspects.begin(), diagnosis.suspects.end(), [&](const Suspect& other) {
-    return other.effect == suspect.effect && other.location == suspect.location;
-  });
-  const auto& named = diagnosis.named;
-  const auto found = std::find(named.begin(), named.end(), suspect.effect + "@" + suspect.location);
-  const Index i = found - named.begin();
-  return &*first == &suspect && i < diagnosis.shares.size() ? diagnosis.shares(i)
-                                                            : std::numeric_limits<double>::quiet_NaN();
-}
-
 namespace {
 
-constexpr double kHalved = 0.5;  // of what the best place leaves, what two places may leave of it to be told
-
-/// True of an accelerometer that feels a force at a place directly.
-bool feels(const Plant& plant, const std::string& sensor, const std::string& location) {
-  std::string from, to;
-  if (!ends_of(plant, location, from, to)) return false;
-  return std::any_of(plant.sensors.begin(), plant.sensors.end(), [&](const Sensor& own) {
-    return "sensor:" + own.name == sensor && own.kind == SensorKind::acceleration && (own.to == from || own.to == to);
-  });
+/// Why the plant cannot be compared with the records; empty if it can.
+std::string cannot_follow(const Plant& plant, const GapData& data, const Hypothesis& delivered,
+                          const Hypothesis& retuned) {
+  if (delivered.stage.blocks.size() > 0 && retuned.stage.blocks.size() > 0) return "";
+  std::string largest;
+  for (std::size_t i = 0; i < plant.inputs.size(); ++i) {
+    const double size = data.fitted.front().drive.row(static_cast<Index>(i)).cwiseAbs().maxCoeff();
+    largest += fmt::format("{}{} {:.3g} {}", i == 0 ? "" : ", ", plant.inputs[i].name, size, plant.inputs[i].unit);
+  }
+  return fmt::format(
+      "the plant {} cannot follow the drives of the records, which reach {}: is that the unit of the file?",
+      delivered.stage.blocks.size() == 0 ? "as delivered" : "as re-tuned", largest);
 }
 
-/// Where unknown signals would enter the re-tuned plant: at one place, or at two where one does not explain all.
-void find_places(const PlantFit& fit, const GapData& data, Diagnosis& diagnosis) {
-  diagnosis.places = locate(fit, data.fitted, data.noise_shares);
-  if (diagnosis.places.empty()) return;
-  const Place& best = diagnosis.places.front();
-  if (explains_all(best.leftover, fit.misfit)) {
-    diagnosis.places_needed = 1;
-    return;
+/// Where every parameter lies after re-tuning.
+std::vector<ToleranceEvidence> tolerances_of(const Study& study, const Hypothesis& retuned) {
+  std::vector<ToleranceEvidence> list;
+  const PlantFit& fit = retuned.fit;
+  const auto count = static_cast<Index>(study.tolerances.size());
+  if (fit.theta.size() < count || fit.covariance.rows() < count) return list;
+  const Vector z = leave_prior_out_z(fit.theta.head(count), fit.covariance);
+  for (Index i = 0; i < count; ++i) {
+    const FitParameter& parameter = study.tolerances[static_cast<std::size_t>(i)];
+    const ParameterLabel label = label_of(study.nominal, parameter.name);
+    const double effect = fit.jacobian.cols() > i ? fit.jacobian.col(i).norm() * std::abs(fit.theta(i)) : 0;
+    list.push_back({parameter.name, label.effect, label.location, fit.theta(i), std::sqrt(fit.covariance(i, i)), z(i),
+                    effect / std::sqrt(static_cast<double>(std::max<Index>(fit.residual.size(), 1)))});
   }
-  diagnosis.place_pairs = locate_two(fit, data.fitted, diagnosis.places, data.noise_shares);
-  if (diagnosis.place_pairs.empty()) return;
-  const PlacePair& pair = diagnosis.place_pairs.front();
-  if (!explains_all(pair.leftover, fit.misfit) || pair.leftover - 1 > kHalved * (best.leftover - 1)) return;
-  // Of a force that jumps within a sample the accelerometers upon it show what no force held over samples does.
-  const auto of_best = [&](const std::string& location) {
-    return location == best.location || feels(fit.plant, location, best.location);
-  };
-  diagnosis.places_needed = of_best(pair.locations[0]) && of_best(pair.locations[1]) ? 1 : 2;
+  return list;
+}
+
+/// Converters that the catalogue knows, and how much of the floor their rounding makes.
+std::vector<LatticeEvidence> lattices_of(const Study& study, const Hypothesis& retuned, const NoiseFloor& floor) {
+  std::vector<LatticeEvidence> list;
+  const FitRecord& record = study.data.fitted.front();
+  Operation operation;
+  if (record.quantum.size() == 0 || record.quantum.maxCoeff() <= 0 ||
+      !operation_of(retuned.fit.plant, study.data.fitted, retuned.fit.initial_states, operation))
+    return list;
+  const std::vector<EffectCandidate> candidates = study.candidates(retuned.fit.plant, operation);
+  for (Index j = 0; j < record.quantum.size(); ++j) {
+    const std::string& channel = study.nominal.sensors[static_cast<std::size_t>(j)].name;
+    const bool offered = std::any_of(candidates.begin(), candidates.end(), [&](const EffectCandidate& candidate) {
+      return candidate.effect == "quantisation" && candidate.location == "sensor:" + channel;
+    });
+    const double rounding = record.quantum(j) / std::sqrt(12.0);
+    if (record.quantum(j) > 0 && offered)
+      list.push_back({channel, record.quantum(j), rounding * rounding / (floor.std(j) * floor.std(j))});
+  }
+  return list;
+}
+
+/// What the stages, the noise and the places tell; candidates are yet to come.
+Evidence evidence_of_stages(const Study& study, const NoiseFloor& floor, const Hypothesis& delivered,
+                            const Hypothesis& retuned) {
+  const GapData& data = study.data;
+  Evidence evidence;
+  evidence.noise = {{floor.std.begin(), floor.std.end()}, to_string(floor.source), floor.power_error, floor.colour};
+  evidence.held_out = data.apart;
+  const double sampling_hz = study.nominal.hold_hz() / static_cast<double>(data.held_out.front().ratio);
+  evidence.judged_from_s = static_cast<double>(judged_from(data.held_out.front(), data.block)) / sampling_hz;
+  evidence.samples = data.samples;
+  evidence.channels = study.nominal.sensors.size();
+  for (const Element& element : study.nominal.elements) evidence.elements.push_back(element.name);
+  evidence.delivered = delivered.stage;
+  evidence.retuned = retuned.stage;
+  evidence.cannot_follow = cannot_follow(study.nominal, data, delivered, retuned);
+  if (!evidence.cannot_follow.empty()) return evidence;
+  evidence.delivered_chi2 = delivered.chi2;
+  evidence.retuned_chi2 = retuned.chi2;
+  evidence.retuned_prior_chi2 = retuned.prior_chi2;
+  evidence.retuned_misfit = retuned.fit.misfit;
+  evidence.tolerances = tolerances_of(study, retuned);
+  const auto count = static_cast<Index>(evidence.tolerances.size());
+  evidence.retuned_stopped = stopped(retuned.fit, count);
+  evidence.tolerance_covariance = retuned.fit.covariance.topLeftCorner(count, count);
+  evidence.wrong_scales = wrong_scales(delivered.fit, data.fitted);
+  // Around a channel in another unit re-tuning bends the plant out of all shape, and signals at its places tell
+  // nothing.
+  Located located = locate_needed(one_scale(evidence.wrong_scales, evidence.channels) ? delivered.fit : retuned.fit,
+                                  data.fitted, data.noise_shares);
+  evidence.places = std::move(located.places);
+  evidence.place_pairs = std::move(located.pairs);
+  evidence.places_needed = located.needed;
+  return evidence;
+}
+
+/// The hypothesis behind an answer that is a plant; null for one that is none.
+Hypothesis* hypothesis_of(const Verdict& verdict, Candidates& singles, Candidates& pairs, FreedParameters& freed) {
+  if (const auto* effects = std::get_if<Effects>(&verdict.answer))
+    return &(effects->pair ? pairs : singles).fits[effects->candidate];
+  if (const auto* parameters = std::get_if<Parameters>(&verdict.answer)) {
+    Hypothesis& own = freed.fits[parameters->freed];
+    return own.fit.error.empty() ? nullptr : &own;
+  }
+  return nullptr;
+}
+
+/// What the verdict, one of effects, asks for. @param answer linearised
+FollowUp follow_up(const Search& search, const Hypothesis& answer, const Diagnosis& diagnosis,
+                   const Candidates& singles, const Candidates& pairs) {
+  FollowUp out;
+  const Study& study = search.study;
+  const Verdict& verdict = diagnosis.verdict;
+  out.places_left = locate(answer.fit, study.data.fitted, study.data.noise_shares);
+  out.checks =
+      checks_of(study, search.retuned, answer, diagnosis.evidence, verdict, out.places_left, diagnosis.thresholds);
+  if (search.step && !verdict.ambiguous_with.empty())
+    search.step("a test that would tell " + verdict.named.back() + " and " + verdict.ambiguous_with.front());
+  out.separating = separating_test_of(study, verdict);
+  const Effects& effects = std::get<Effects>(verdict.answer);
+  if (!effects.pair || effects.freed > 0) return out;
+  std::vector<Hypothesis> known = singles.fits;
+  known.insert(known.end(), pairs.alone.begin(), pairs.alone.end());
+  out.shares = effect_shares(study, search.retuned, answer, known);
+  return out;
 }
 
 }  // namespace
 
+double share_of(const Diagnosis& diagnosis, const Suspect& suspect) {
+  // One that was also fitted alone stands further down a second time.
+  const auto& suspects = diagnosis.verdict.suspects;
+  const auto first = std::find_if(suspects.begin(), suspects.end(),
+                                  [&](const Suspect& other) { return other.name() == suspect.name(); });
+  const auto& named = diagnosis.verdict.named;
+  const Index i = std::find(named.begin(), named.end(), suspect.name()) - named.begin();
+  return &*first == &suspect && i < diagnosis.follow_up.shares.size() ? diagnosis.follow_up.shares(i) : kUnknown;
+}
+
 Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList& candidates, const GapSolvers& solvers,
-                   const DiagnoseOptions& options, Random& random,
-                   const std::function<void(const std::string&)>& step) {
+                   const DiagnoseOptions& options, std::uint64_t seed, const Step& step) {
   Diagnosis diagnosis;
+  diagnosis.thresholds = options.thresholds;
+  diagnosis.effort = options.effort;
   diagnosis.plant = diagnosis.retuned_plant = plant;
   diagnosis.floor = noise_floor(set);
   const GapData data = gap_data(plant, set, diagnosis.floor, options.block_s);
-  diagnosis.held_out = data.apart;
-  diagnosis.judged_from_s = static_cast<double>(judged_from(data.held_out.front(), data.block)) / set.sampling_hz;
   const Study study{plant, data, solvers, candidates, tolerance_parameters(plant), options.iterations};
   if (step) step("the plant as delivered");
   const Hypothesis delivered = fit_hypothesis(study, plant, {});
   if (step) step("re-tuning inside the tolerances");
   const Hypothesis retuned = fit_hypothesis(study, plant, study.tolerances);
-  diagnosis.delivered = delivered.stage;
-  diagnosis.retuned = retuned.stage;
-  if (delivered.stage.blocks.size() == 0 || retuned.stage.blocks.size() == 0) {
+  if (step) step("where it enters");
+  Evidence& evidence = diagnosis.evidence;
+  evidence = evidence_of_stages(study, diagnosis.floor, delivered, retuned);
+  if (!evidence.cannot_follow.empty()) {
     diagnosis.status = Status::outside_domain;
-    diagnosis.outcome = GapOutcome::insufficient;
-    std::string largest;
-    for (std::size_t i = 0; i < plant.inputs.size(); ++i) {
-      const double size = data.fitted.front().drive.row(static_cast<Index>(i)).cwiseAbs().maxCoeff();
-      largest += fmt::format("{}{} {:.3g} {}", i == 0 ? "" : ", ", plant.inputs[i].name, size, plant.inputs[i].unit);
-    }
-    diagnosis.message = fmt::format(
-        "the plant {} cannot follow the drives of the records, which reach {}: is that the unit of the file?",
-        delivered.stage.blocks.size() == 0 ? "as delivered" : "as re-tuned", largest);
+    diagnosis.verdict = decide(evidence, options.thresholds);
     return diagnosis;
   }
   diagnosis.retuned_plant = retuned.fit.plant;
-  diagnosis.tolerances = fitted_parameters(retuned.fit, study.tolerances, 0);
-  for (std::size_t i = 0; i < study.tolerances.size(); ++i) {
-    diagnosis.tolerances[i].value = retuned.fit.theta(static_cast<Index>(i));
-    diagnosis.tolerances[i].std /= study.tolerances[i].scale;
+  const Bootstrap bootstrap{options.draws, diagnosis.floor.power_error, seed};
+  const Search search{study, options.thresholds, options.effort, bootstrap, delivered, retuned, step};
+  if (step) step("every effect at every place");
+  Changes changes;
+  Candidates singles = find_singles(search, diagnosis.floor.colour, evidence.wrong_scales, changes);
+  evidence.singles = singles.evidence;
+  FreedParameters freed = free_parameters(search, parameters_to_free(search, evidence));
+  evidence.freed = freed.evidence;
+  evidence.lattices = lattices_of(study, retuned, diagnosis.floor);
+  Candidates pairs = find_pairs(search, changes, evidence, singles);
+  evidence.pairs = pairs.evidence;
+  diagnosis.verdict = decide(evidence, options.thresholds);
+  if (is_place(diagnosis.verdict)) {
+    evidence.motion = motion_shares(retuned.fit, data.fitted, evidence.places, options.thresholds.elsewhere);
+    diagnosis.verdict = decide(evidence, options.thresholds);
   }
-  if (const Vector& moved = retuned.fit.theta; moved.size() > 0 && retuned.fit.jacobian.size() > 0)
-    (retuned.fit.jacobian.leftCols(moved.size()).colwise().norm().transpose().array() * moved.array().abs())
-        .maxCoeff(&diagnosis.most_retuned);
-  if (diagnosis.delivered.misfit > 1)
-    diagnosis.closure_of_retuning = 1 - (diagnosis.retuned.misfit - 1) / (diagnosis.delivered.misfit - 1);
-  if (step) step("where it enters");
-  const std::vector<WrongScale> wrong = wrong_scales(delivered.fit, data.fitted);
-  // Around a channel in another unit re-tuning bends the plant out of all shape, and signals at its places tell
-  // nothing.
-  find_places(one_scale(wrong, plant.sensors.size()) ? delivered.fit : retuned.fit, data, diagnosis);
-  judge({study, options, delivered, retuned, wrong, random, step, diagnosis.floor.power_error}, diagnosis);
-  if (diagnosis.outcome == GapOutcome::located_not_in_catalogue || diagnosis.outcome == GapOutcome::exogenous ||
-      diagnosis.outcome == GapOutcome::insufficient) {
-    const std::string scales = scale_message(wrong, plant.sensors.size());
-    if (!scales.empty()) diagnosis.message = scales + (diagnosis.message.empty() ? "" : "; " + diagnosis.message);
+  Hypothesis* answer = hypothesis_of(diagnosis.verdict, singles, pairs, freed);
+  Candidates beside;  // the answer with parameters set free
+  if (const auto* effects = std::get_if<Effects>(&diagnosis.verdict.answer)) {
+    CandidateEvidence& own = (effects->pair ? evidence.pairs : evidence.singles)[effects->candidate];
+    if (step) step("parameters beside " + own.last().name());
+    beside.fits = free_beside(search, *answer, own);
+    diagnosis.verdict = decide(evidence, options.thresholds);
+    answer = hypothesis_of(diagnosis.verdict, singles, pairs, freed);
+    if (const auto* now = std::get_if<Effects>(&diagnosis.verdict.answer); now && now->freed > 0)
+      answer = &beside.fits[now->freed - 1];
   }
+  diagnosis.plant = answer ? answer->fit.plant : retuned.fit.plant;
+  if (is<Effects>(diagnosis.verdict)) diagnosis.follow_up = follow_up(search, *answer, diagnosis, singles, pairs);
   return diagnosis;
 }
 

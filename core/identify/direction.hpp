@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "core/base/random.hpp"
-#include "core/identify/solver.hpp"
+#include "core/optimise/solver.hpp"
 
 namespace wheelhop {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/identify/input_matrices.hpp"
-#include "core/identify/prior.hpp"
+#include "core/optimise/prior.hpp"
 
 namespace wheelhop {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "core/identify/solver.hpp"
+#include "core/optimise/solver.hpp"
 #include "core/model/sensitivities.hpp"
 
 namespace wheelhop {

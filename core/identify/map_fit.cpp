@@ -9,7 +9,7 @@
 #include <numeric>
 #include <vector>
 
-#include "core/identify/bounded_step.hpp"
+#include "core/optimise/bounded_step.hpp"
 
 namespace wheelhop {
 namespace {

@@ -1,6 +1,6 @@
 /// \file
 /// Interfaces of the swappable pieces of the pipeline: subspace estimation and input reconstruction. (The static map's
-/// stands in core/model/static_map.hpp, the solver's in core/identify/solver.hpp.) Signals arrive scaled to unit RMS a
+/// stands in core/model/static_map.hpp, the solver's in core/optimise/solver.hpp.) Signals arrive scaled to unit RMS a
 /// channel; pieces never score themselves.
 #pragma once
 

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "core/gap/plant_fit.hpp"
+#include "core/greybox/plant_fit.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
 
 namespace wheelhop::scoring {

@@ -18,6 +18,7 @@ void add_generate(CLI::App& app, Run& run);
 void add_identify(CLI::App& app, Run& run);
 void add_simulate(CLI::App& app, Run& run);
 void add_diagnose(CLI::App& app, Run& run);
+void add_decide(CLI::App& app, Run& run);
 void add_blind(CLI::App& app, Run& run);
 void add_plan(CLI::App& app, Run& run);
 void add_reproduce(CLI::App& app, Run& run);

@@ -1,5 +1,6 @@
-// diagnose, plan: where a simulation and its rig disagree.
+// diagnose, decide, plan: where a simulation and its rig disagree.
 #include "experiments/command/command.hpp"
+#include "experiments/decide/decide.hpp"
 #include "experiments/diagnose/diagnose.hpp"
 #include "experiments/plan/plan.hpp"
 
@@ -31,6 +32,19 @@ void add_diagnose(CLI::App& app, Run& run) {
       "It takes as long as 20 diagnoses, and says nothing of causes outside the catalogue: those cannot be simulated.\n"
       "Example:\n  wheelhop diagnose --plant experiments/configs/paper_plant.json --records out/rig/records.json "
       "--out out/rig.json --report out/rig.html");
+}
+
+void add_decide(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "decide", "the verdict of a diagnosis again, from its stored evidence", run, run_decide);
+  command.add_option("D.json", request.diagnosis, "diagnosis that `wheelhop diagnose` wrote, or its evidence alone")
+      ->required();
+  command.add_option("--set", request.settings, "NAME=VALUE of a threshold, as the file lists them; may be repeated");
+  command.footer(
+      "Reads the evidence (fits, leftovers by place, rivals) and applies the decision table and its thresholds, which\n"
+      "takes milliseconds. `decided_by` names the row of the table (core/gap/verdict/decide.hpp) that gave the "
+      "answer.\n"
+      "Example:\n  wheelhop decide out/rig.json --set notice=80");
 }
 
 void add_plan(CLI::App& app, Run& run) {

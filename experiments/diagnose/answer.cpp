@@ -26,86 +26,82 @@ std::string percent(const Closure& closure) {
 }
 
 /// ", NAME (-1.6 tolerances) most", or nothing.
-std::string most_retuned(const Diagnosis& diagnosis) {
-  if (diagnosis.most_retuned < 0) return "";
-  const FittedParameter& parameter = diagnosis.tolerances[static_cast<std::size_t>(diagnosis.most_retuned)];
-  return fmt::format(", {} ({:+.1f} tolerances) most", parameter.name, parameter.value);
+std::string most_retuned_in_words(const Evidence& evidence) {
+  const ToleranceEvidence* most = most_retuned(evidence);
+  return most ? fmt::format(", {} ({:+.1f} tolerances) most", most->parameter, most->theta) : "";
 }
 
 constexpr double kSeen = 0.5;  // upper end of the closure of an effect that the held-out records reach
 
 }  // namespace
 
-std::string answer(const Diagnosis& diagnosis) {
-  const double times = std::sqrt(std::max(diagnosis.delivered.misfit - 1, 0.0));
+std::string answer(const Evidence& evidence, const Verdict& verdict, const FollowUp& follow_up) {
+  const double times = std::sqrt(std::max(evidence.delivered.misfit - 1, 0.0));
   const std::string gap = fmt::format("The gap is {:.1f} x the noise.", times);
-  const auto best = [&]() -> const Suspect& { return diagnosis.suspects.front(); };
-  switch (diagnosis.outcome) {
-    case GapOutcome::none:
-      return times < 1 ? "No gap: what the plant leaves is noise, every parameter inside its tolerance."
-                       : gap + " Parameters that differ inside their tolerances explain it" + most_retuned(diagnosis) +
-                             "; nothing is missing.";
-    case GapOutcome::parameter:
-      return fmt::format("{} {} at {} explains it (P {:.2f}){}{}.", gap, best().effect, best().location,
-                         best().probability,
-                         known(diagnosis.closure) ? " and removes " + percent(diagnosis.closure) + " of it"
-                                                  : "; the validation records do not show it",
-                         diagnosis.message.empty() ? "" : ": " + diagnosis.message);
-    case GapOutcome::located_not_in_catalogue:
-    case GapOutcome::exogenous: {
-      std::string text =
-          gap + (diagnosis.outcome == GapOutcome::exogenous ? " No state of the plant explains it: a force from outside"
-                                                            : " No effect of the catalogue explains it; it");
-      if (diagnosis.named.size() == 2)
-        text += fmt::format(" seems to enter at two places at once, {} (P {:.2f}) and {} (P {:.2f})",
-                            diagnosis.locations[0].location, diagnosis.locations[0].probability,
-                            diagnosis.locations[1].location, diagnosis.locations[1].probability);
-      else if (!diagnosis.locations.empty())
-        text += fmt::format(" seems to enter at {} (P {:.2f})", diagnosis.locations.front().location,
-                            diagnosis.locations.front().probability);
-      if (!diagnosis.message.empty()) return text + "; " + diagnosis.message + ".";
-      if (!diagnosis.suspects.empty() && known(best().closure))
-        text += fmt::format(". The best suspect, {} at {}, removes {} of what re-tuning leaves", best().effect,
-                            best().location, percent(best().closure));
-      return text + ".";
-    }
-    case GapOutcome::insufficient: return "Not enough to tell: " + diagnosis.message + ".";
-    default: break;
+  const auto best = [&]() -> const Suspect& { return verdict.suspects.front(); };
+  const std::string outcome = outcome_of(verdict);
+  const Closure closure = closure_of(evidence, verdict);
+  if (is<NoGap>(verdict))
+    return times < 1 ? "No gap: what the plant leaves is noise, every parameter inside its tolerance."
+                     : gap + " Parameters that differ inside their tolerances explain it" +
+                           most_retuned_in_words(evidence) + "; nothing is missing.";
+  if (outcome == "parameter")
+    return fmt::format(
+        "{} {} at {} explains it (P {:.2f}){}{}.", gap, best().effect, best().location, best().probability,
+        known(closure) ? " and removes " + percent(closure) + " of it" : "; the validation records do not show it",
+        verdict.message.empty() ? "" : ": " + verdict.message);
+  if (is_place(verdict)) {
+    std::string text = gap + (is<Exogenous>(verdict) ? " No state of the plant explains it: a force from outside"
+                                                     : " No effect of the catalogue explains it; it");
+    if (verdict.named.size() == 2)
+      text += fmt::format(" seems to enter at two places at once, {} (P {:.2f}) and {} (P {:.2f})",
+                          verdict.locations[0].location, verdict.locations[0].probability,
+                          verdict.locations[1].location, verdict.locations[1].probability);
+    else if (!verdict.locations.empty())
+      text += fmt::format(" seems to enter at {} (P {:.2f})", verdict.locations.front().location,
+                          verdict.locations.front().probability);
+    if (!verdict.message.empty()) return text + "; " + verdict.message + ".";
+    if (!verdict.suspects.empty() && known(best().closure))
+      text += fmt::format(". The best suspect, {} at {}, removes {} of what re-tuning leaves", best().effect,
+                          best().location, percent(best().closure));
+    return text + ".";
   }
-  if (is_rounding(diagnosis))
+  if (is<Insufficient>(verdict)) return "Not enough to tell: " + verdict.message + ".";
+  if (is<Rounding>(verdict))
     return fmt::format("{} {} (P {:.2f}) makes what the plant leaves; no model of the plant removes it.", gap,
-                       diagnosis.named.front(), best().probability);
+                       verdict.named.front(), best().probability);
   std::string names;
-  for (const std::string& name : diagnosis.named) names += (names.empty() ? "" : " and ") + name;
+  for (const std::string& name : verdict.named) names += (names.empty() ? "" : " and ") + name;
   std::string shares;  // the closure's parts
-  for (Index i = 0; i < diagnosis.shares.size(); ++i)
-    shares += fmt::format("{} {:.0f} % by {}", i == 0 ? ":" : ",", 100 * diagnosis.shares(i),
-                          diagnosis.named[static_cast<std::size_t>(i)]);
+  for (Index i = 0; i < follow_up.shares.size(); ++i)
+    shares += fmt::format("{} {:.0f} % by {}", i == 0 ? ":" : ",", 100 * follow_up.shares(i),
+                          verdict.named[static_cast<std::size_t>(i)]);
   // An answer that closes little was found in the fitted records: those held out hold little of its effect.
-  const std::string ending = diagnosis.named.size() > 1 ? " " : "s ";
+  const std::string ending = verdict.named.size() > 1 ? " " : "s ";
   const std::string effect =
-      !known(diagnosis.closure) || diagnosis.closure.high < kSeen
+      !known(closure) || closure.high < kSeen
           ? "explain" + ending +
                 "it where the drive reaches it; the validation records hardly do, so that they do not show how far"
-          : "remove" + ending + percent(diagnosis.closure) + " of what re-tuning leaves" + shares;
-  std::string places = diagnosis.locations.front().location;
-  double sure = diagnosis.locations.front().probability;
-  for (std::size_t i = 1; i < diagnosis.locations.size(); ++i) {  // those of further effects that are named
-    const LocationProbability& other = diagnosis.locations[i];
+          : "remove" + ending + percent(closure) + " of what re-tuning leaves" + shares;
+  std::string places = verdict.locations.front().location;
+  double sure = verdict.locations.front().probability;
+  for (std::size_t i = 1; i < verdict.locations.size(); ++i) {  // those of further effects that are named
+    const LocationProbability& other = verdict.locations[i];
     const auto there = [&](const std::string& name) { return name.ends_with("@" + other.location); };
-    if (std::none_of(diagnosis.named.begin(), diagnosis.named.end(), there)) continue;
+    if (std::none_of(verdict.named.begin(), verdict.named.end(), there)) continue;
     places += " and " + other.location;
     sure = std::min(sure, other.probability);
   }
   std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) {}.", gap, places, sure, names,
                                  best().probability, effect);
-  if (const double left = diagnosis.corrected.misfit - 1; left > kClear && !diagnosis.places_left.empty())
+  if (const double left = corrected_stage(evidence, verdict).misfit - 1;
+      left > kClear && !follow_up.places_left.empty())
     text += fmt::format(" {:.1f} x the noise is left, most likely from {}.", std::sqrt(left),
-                        diagnosis.places_left.front().location);
-  const std::string it = diagnosis.named.size() > 1 ? " One of the two" : " It";
-  for (const std::string& other : diagnosis.ambiguous_with) text += it + " could also be " + other + ".";
-  if (!diagnosis.separating.test.empty())
-    text += fmt::format(" A record {} would tell the two apart.", diagnosis.separating.test);
+                        follow_up.places_left.front().location);
+  const std::string it = verdict.named.size() > 1 ? " One of the two" : " It";
+  for (const std::string& other : verdict.ambiguous_with) text += it + " could also be " + other + ".";
+  if (!follow_up.separating.test.empty())
+    text += fmt::format(" A record {} would tell the two apart.", follow_up.separating.test);
   return text;
 }
 
@@ -113,13 +109,13 @@ namespace {
 
 /// Where no single place explains all channels: the pairs of places that leave about as little as the best of them.
 void print_place_pairs(const Diagnosis& diagnosis) {
-  if (diagnosis.place_pairs.empty()) return;
+  if (diagnosis.evidence.place_pairs.empty()) return;
   fmt::print("no single place explains all channels{} (1: all is explained)\n",
-             diagnosis.places_needed == 2   ? "; two at once do"
-             : diagnosis.places_needed == 1 ? ", unless a force there jumps; two at once"
-                                            : ", nor do two");
-  for (const PlacePair& pair : diagnosis.place_pairs) {
-    if (pair.leftover > kAsLittle * diagnosis.place_pairs.front().leftover) break;
+             diagnosis.evidence.places_needed == 2   ? "; two at once do"
+             : diagnosis.evidence.places_needed == 1 ? ", unless a force there jumps; two at once"
+                                                     : ", nor do two");
+  for (const PairLeftover& pair : diagnosis.evidence.place_pairs) {
+    if (pair.leftover > kAsLittle * diagnosis.evidence.place_pairs.front().leftover) break;
     fmt::print("  {:<38} {:10.3f}\n", pair.locations[0] + " and " + pair.locations[1], pair.leftover);
   }
 }
@@ -139,19 +135,21 @@ void print_placebo(const Placebo& placebo) {
 }  // namespace
 
 void print(const Diagnosis& diagnosis, const Placebo* placebo) {
-  fmt::print("{}\n", answer(diagnosis));
+  fmt::print("{}\n", answer(diagnosis.evidence, diagnosis.verdict, diagnosis.follow_up));
   if (placebo != nullptr) print_placebo(*placebo);
-  if (!diagnosis.held_out)
+  if (!diagnosis.evidence.held_out)
     fmt::print("No record has the role \"validation\": every figure is of the records that were fitted, too kind.\n");
-  const std::string from = diagnosis.judged_from_s > 0 ? fmt::format(" from {:g} s on", diagnosis.judged_from_s) : "";
+  const std::string from =
+      diagnosis.evidence.judged_from_s > 0 ? fmt::format(" from {:g} s on", diagnosis.evidence.judged_from_s) : "";
   fmt::print("\nmean squared error over the noise's, 1 is the floor ({}; {}{})\n", to_string(diagnosis.floor.source),
-             diagnosis.held_out ? "held-out records" : "fitted records", from);
-  fmt::print("  as delivered {:10.3f}\n  re-tuned     {:10.3f}   inside the tolerances{}\n", diagnosis.delivered.misfit,
-             diagnosis.retuned.misfit,
-             diagnosis.delivered.misfit - 1 > kNextToNothing
-                 ? fmt::format("; removes {:.0f} %", std::round(100 * diagnosis.closure_of_retuning) + 0.0)  // no "-0"
+             diagnosis.evidence.held_out ? "held-out records" : "fitted records", from);
+  fmt::print("  as delivered {:10.3f}\n  re-tuned     {:10.3f}   inside the tolerances{}\n",
+             diagnosis.evidence.delivered.misfit, diagnosis.evidence.retuned.misfit,
+             diagnosis.evidence.delivered.misfit - 1 > kNextToNothing
+                 ? fmt::format("; removes {:.0f} %",
+                               std::round(100 * closure_of_retuning(diagnosis.evidence)) + 0.0)  // no "-0"
                  : "");
-  for (const Suspect& suspect : diagnosis.suspects) {
+  for (const Suspect& suspect : diagnosis.verdict.suspects) {
     fmt::print("  with {:<38} {:10.3f}   P {:.2f}", suspect.effect + " at " + suspect.location, suspect.misfit,
                suspect.probability);
     if (const double share = share_of(diagnosis, suspect); !std::isnan(share))
@@ -163,30 +161,30 @@ void print(const Diagnosis& diagnosis, const Placebo* placebo) {
     fmt::print("\n");
   }
   fmt::print("\nwhat one unknown signal would leave, by the place where it enters (1: it explains all)\n");
-  for (const Place& place : diagnosis.places) {
+  for (const PlaceLeftover& place : diagnosis.evidence.places) {
     fmt::print("  {:<38} {:10.3f}", place.location, place.leftover);
     for (const std::string& same : place.same) fmt::print("{}{}", &same == &place.same.front() ? "   or " : ", ", same);
     fmt::print("\n");
   }
   print_place_pairs(diagnosis);
   fmt::print("\nparameters after re-tuning, in tolerances off\n");
-  for (const FittedParameter& parameter : diagnosis.tolerances)
-    fmt::print("  {:<55} {:6.1f} +- {:.1f}\n", parameter.name, parameter.value, parameter.std);
+  for (const ToleranceEvidence& own : diagnosis.evidence.tolerances)
+    fmt::print("  {:<55} {:6.1f} +- {:.1f}\n", own.parameter, own.theta, own.std);
 }
 
 void print_ceiling(const Diagnosis& diagnosis, const Ceiling& ceiling) {
   if (ceiling.location.empty()) return;
-  const double whole = diagnosis.delivered.misfit - 1, left = diagnosis.retuned.misfit - 1;
+  const double whole = diagnosis.evidence.delivered.misfit - 1, left = diagnosis.evidence.retuned.misfit - 1;
   fmt::print("\nhow far the gap shrinks, in per cent{:>43}{:>28}\n", "of it as delivered",
              left > kNextToNothing ? "of what re-tuning leaves" : "");
-  const bool outside =
-      diagnosis.outcome == GapOutcome::located_not_in_catalogue || diagnosis.outcome == GapOutcome::exogenous;
+  const bool outside = is_place(diagnosis.verdict);
   const auto line = [&](const std::string& what, double remains) {
     fmt::print("  {:<58}{:20.1f}", what, 100 * (1 - remains / whole));
     fmt::print("{:>28}\n", left > kNextToNothing ? fmt::format("{:.1f}", 100 * (1 - remains / left)) : "");
   };
   line("re-tuning inside the tolerances alone", left);
-  if (diagnosis.corrected.blocks.size() > 0 && !outside) line("with the answer", diagnosis.corrected.misfit - 1);
+  const GapStage corrected = corrected_stage(diagnosis.evidence, diagnosis.verdict);
+  if (corrected.blocks.size() > 0 && !outside) line("with the answer", corrected.misfit - 1);
   if (!ceiling.why_not.empty()) {
     fmt::print("  no ceiling of a static map: {}\n", ceiling.why_not);
     return;

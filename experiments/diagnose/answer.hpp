@@ -5,13 +5,13 @@
 #include <string>
 
 #include "core/gap/diagnose.hpp"
-#include "core/gap/examine.hpp"
-#include "core/gap/placebo.hpp"
+#include "core/gap/study/examine.hpp"
+#include "core/gap/study/placebo.hpp"
 
 namespace wheelhop {
 
-/// The sentence that a rig engineer reads first.
-std::string answer(const Diagnosis& diagnosis);
+/// The sentence that a rig engineer reads first. @param follow_up of the verdict, or empty where only evidence is known
+std::string answer(const Evidence& evidence, const Verdict& verdict, const FollowUp& follow_up);
 
 /// The sentence, misfits of the stages and suspects, places, and parameters, on stdout.
 /// @param placebo null where none was asked for

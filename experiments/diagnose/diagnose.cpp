@@ -19,15 +19,14 @@
 namespace wheelhop {
 namespace {
 
-constexpr std::uint64_t kPlaceboSeed = 3;
+constexpr std::uint64_t kBootstrapSeed = 1, kPlaceboSeed = 3;
 
 /// The plant in which the answer is missing: its parameters those found together with the effects, which do not bend to
 /// make up for them as re-tuned ones do; the plant as delivered where a parameter is the answer, or nothing.
 Plant bare_plant(const Plant& plant, const Diagnosis& diagnosis) {
-  if (diagnosis.outcome == GapOutcome::located_not_in_catalogue || diagnosis.outcome == GapOutcome::insufficient)
-    return diagnosis.retuned_plant;
+  if (is_place(diagnosis.verdict) || is<Insufficient>(diagnosis.verdict)) return diagnosis.retuned_plant;
   Plant bare = plant;
-  if (diagnosis.outcome == GapOutcome::parameter || diagnosis.outcome == GapOutcome::none) return bare;
+  if (outcome_of(diagnosis.verdict) == "parameter" || is<NoGap>(diagnosis.verdict)) return bare;
   for (const FitParameter& moved : tolerance_parameters(plant))
     set_parameter(bare, moved.name, get_parameter(diagnosis.plant, moved.name));
   return bare;
@@ -65,8 +64,7 @@ Diagnosis diagnose_records(const Plant& plant, const RecordSet& set, const Candi
       make_secant_levenberg_marquardt({.relative_decrease = 2e-3, .trusted_gain = 0.25, .ending_share = 1});
   const auto thorough = make_secant_levenberg_marquardt({.relative_decrease = 1e-4});
   const auto patient = make_levenberg_marquardt({.relative_decrease = 1e-5});
-  Random random(1, Stream::bootstrap);
-  return diagnose(plant, set, candidates, {*quick, *thorough, *patient}, {}, random, step);
+  return diagnose(plant, set, candidates, {*quick, *thorough, *patient}, {}, kBootstrapSeed, step);
 }
 
 std::filesystem::path write_diagnosis(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,
@@ -74,8 +72,10 @@ std::filesystem::path write_diagnosis(const Plant& plant, const Diagnosis& diagn
   std::filesystem::path corrected = out;
   corrected.replace_extension(".plant.json");
   write_json(corrected, to_json(diagnosis.plant));
-  Json file = diagnosis_json(plant, diagnosis, examination, diagnosis.status == Status::ok ? answer(diagnosis) : "",
-                             corrected.filename().string());
+  Json file = diagnosis_json(
+      plant, diagnosis, examination,
+      diagnosis.status == Status::ok ? answer(diagnosis.evidence, diagnosis.verdict, diagnosis.follow_up) : "",
+      corrected.filename().string());
   file.update(more);
   write_json(out, file);
   return corrected;
@@ -92,7 +92,7 @@ int run_diagnose(const DiagnoseRequest& request) {
   const Diagnosis diagnosis = diagnose_records(plant, set, effect_candidates, step);
   if (diagnosis.status != Status::ok) {
     write_diagnosis(plant, diagnosis, nullptr, request.out);
-    std::fprintf(stderr, "wheelhop: %s\n", diagnosis.message.c_str());
+    std::fprintf(stderr, "wheelhop: %s\n", diagnosis.verdict.message.c_str());
     return 1;
   }
   step("where the gap lies");

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "core/gap/diagnose.hpp"
-#include "core/gap/examine.hpp"
+#include "core/gap/study/examine.hpp"
 
 namespace wheelhop {
 

@@ -39,8 +39,8 @@ Json parameters_json(const std::vector<FittedParameter>& parameters) {
 }
 
 const char* verdict(const Diagnosis& diagnosis) {
-  if (diagnosis.outcome == GapOutcome::none) return "no_gap";
-  return diagnosis.outcome == GapOutcome::insufficient ? "insufficient" : "gap";
+  if (is<NoGap>(diagnosis.verdict)) return "no_gap";
+  return is<Insufficient>(diagnosis.verdict) ? "insufficient" : "gap";
 }
 
 /// What kind of gap; null where the records do not tell.
@@ -90,38 +90,39 @@ void add_profile(const Plant& plant, const Examination& examination, const Stage
 
 /// What an unknown signal at a location would leave; null where the records cannot tell.
 Json leftover_at(const Diagnosis& diagnosis, const std::string& location) {
-  for (const Place& place : diagnosis.places)
+  for (const PlaceLeftover& place : diagnosis.evidence.places)
     if (place.location == location || std::find(place.same.begin(), place.same.end(), location) != place.same.end())
       return place.leftover;
   return {};
 }
 
-Json places_json(const std::vector<Place>& places) {
+Json places_json(const std::vector<PlaceLeftover>& places) {
   Json list = Json::array();
-  for (const Place& place : places)
+  for (const PlaceLeftover& place : places)
     list.push_back({{"location", place.location}, {"same_entry", place.same}, {"leftover_chi2", place.leftover}});
   return list;
 }
 
 Json where_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination) {
-  Json where = {{"location", diagnosis.locations.empty() ? Json() : Json(diagnosis.locations.front().location)},
-                {"locations", Json::array()},
-                {"places_needed", diagnosis.places_needed},
-                {"two_places", Json::array()},
-                {"channels", Json::array()},
-                {"bands", Json::array()},
-                {"regions", Json::array()},
-                {"time", Json::array()}};
-  for (const LocationProbability& place : diagnosis.locations)
+  Json where = {
+      {"location", diagnosis.verdict.locations.empty() ? Json() : Json(diagnosis.verdict.locations.front().location)},
+      {"locations", Json::array()},
+      {"places_needed", diagnosis.evidence.places_needed},
+      {"two_places", Json::array()},
+      {"channels", Json::array()},
+      {"bands", Json::array()},
+      {"regions", Json::array()},
+      {"time", Json::array()}};
+  for (const LocationProbability& place : diagnosis.verdict.locations)
     where["locations"].push_back({{"location", place.location},
                                   {"probability", place.probability},
                                   {"leftover_chi2", leftover_at(diagnosis, place.location)}});
-  where["without_catalogue"] = places_json(diagnosis.places);
-  where["left_with_answer"] = places_json(diagnosis.places_left);
-  for (const PlacePair& pair : diagnosis.place_pairs)
+  where["without_catalogue"] = places_json(diagnosis.evidence.places);
+  where["left_with_answer"] = places_json(diagnosis.follow_up.places_left);
+  for (const PairLeftover& pair : diagnosis.evidence.place_pairs)
     where["two_places"].push_back({{"locations", pair.locations}, {"leftover_chi2", pair.leftover}});
-  for (std::size_t i = 0; i < diagnosis.delivered.nrmse.size(); ++i)
-    where["channels"].push_back({{"channel", plant.sensors[i].name}, {"nrmse", diagnosis.delivered.nrmse[i]}});
+  for (std::size_t i = 0; i < diagnosis.evidence.delivered.nrmse.size(); ++i)
+    where["channels"].push_back({{"channel", plant.sensors[i].name}, {"nrmse", diagnosis.evidence.delivered.nrmse[i]}});
   if (examination == nullptr) return where;
   const auto& [delivered, retuned, corrected] = examination->stages;
   if (delivered.ran) {
@@ -144,15 +145,15 @@ Json where_json(const Plant& plant, const Diagnosis& diagnosis, const Examinatio
 
 Json how_far_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination) {
   Json far = {
-      {"as_delivered", stage_json(plant, diagnosis.delivered)},
-      {"retuned", stage_json(plant, diagnosis.retuned)},
-      {"with_effect", stage_json(plant, diagnosis.corrected)},
+      {"as_delivered", stage_json(plant, diagnosis.evidence.delivered)},
+      {"retuned", stage_json(plant, diagnosis.evidence.retuned)},
+      {"with_effect", stage_json(plant, corrected_stage(diagnosis.evidence, diagnosis.verdict))},
       {"floor", {{"std", by_channel(plant, diagnosis.floor.std)}, {"source", to_string(diagnosis.floor.source)}}},
-      {"held_out", diagnosis.held_out},
-      {"judged_from_s", diagnosis.judged_from_s},
-      {"closure", diagnosis.closure.value},
-      {"closure_ci90", interval(diagnosis.closure)},
-      {"closure_of_retuning", diagnosis.closure_of_retuning},
+      {"held_out", diagnosis.evidence.held_out},
+      {"judged_from_s", diagnosis.evidence.judged_from_s},
+      {"closure", closure_of(diagnosis.evidence, diagnosis.verdict).value},
+      {"closure_ci90", interval(closure_of(diagnosis.evidence, diagnosis.verdict))},
+      {"closure_of_retuning", closure_of_retuning(diagnosis.evidence)},
       {"per_channel", Json::array()},
       {"per_band", Json::array()},
       {"beyond_envelope", Json()}};
@@ -194,6 +195,12 @@ Json how_far_json(const Plant& plant, const Diagnosis& diagnosis, const Examinat
   return far;
 }
 
+Json search_json(SearchEffort effort) {
+  Json out = Json::object();
+  effort.fields([&](const char* name, const auto& value) { out[name] = value; });
+  return out;
+}
+
 /// Null where there is no rival, or nothing of the menu tells it from the answer.
 Json separating_json(const SeparatingTest& separating) {
   if (separating.test.empty()) return {};
@@ -210,7 +217,7 @@ Json placebo_json(const Placebo& placebo) {
 Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,
                     const std::string& answer, const std::string& corrected) {
   Json effects = Json::array(), tolerances = Json::array();
-  for (const Suspect& suspect : diagnosis.suspects) {
+  for (const Suspect& suspect : diagnosis.verdict.suspects) {
     const double share = share_of(diagnosis, suspect);
     effects.push_back({{"effect", suspect.effect},
                        {"location", suspect.location},
@@ -222,24 +229,28 @@ Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examin
                        {"parameters", parameters_json(suspect.parameters)}});
   }
   Json checks = Json::array();
-  for (const Check& check : diagnosis.checks)
+  for (const Check& check : diagnosis.follow_up.checks)
     checks.push_back({{"check", check.name}, {"passed", check.passed}, {"detail", check.detail}});
-  for (const FittedParameter& parameter : diagnosis.tolerances)
-    tolerances.push_back({{"name", parameter.name}, {"tolerances_off", parameter.value}, {"std", parameter.std}});
+  for (const ToleranceEvidence& own : diagnosis.evidence.tolerances)
+    tolerances.push_back({{"name", own.parameter}, {"tolerances_off", own.theta}, {"std", own.std}, {"z", own.z}});
   return {{"schema", "wheelhop.diagnosis/1"},
           {"verdict", verdict(diagnosis)},
           {"answer", answer},
           {"status", std::string(to_string(diagnosis.status))},
-          {"message", diagnosis.message},
+          {"message", diagnosis.verdict.message},
           {"where", where_json(plant, diagnosis, examination)},
           {"which",
            {{"effects", effects},
-            {"named", diagnosis.named},
-            {"outcome", to_string(diagnosis.outcome)},
-            {"ambiguous_with", diagnosis.ambiguous_with},
-            {"separating_test", separating_json(diagnosis.separating)}}},
+            {"named", diagnosis.verdict.named},
+            {"outcome", outcome_of(diagnosis.verdict)},
+            {"ambiguous_with", diagnosis.verdict.ambiguous_with},
+            {"separating_test", separating_json(diagnosis.follow_up.separating)}}},
           {"how_far", how_far_json(plant, diagnosis, examination)},
           {"checks", checks},
+          {"decided_by", {{"row", diagnosis.verdict.row}, {"because", diagnosis.verdict.why}}},
+          {"evidence", to_json(diagnosis.evidence)},
+          {"thresholds", to_json(diagnosis.thresholds)},
+          {"search", search_json(diagnosis.effort)},
           {"retuning", tolerances},
           {"corrected_plant", corrected},
           {"provenance", provenance()}};

@@ -6,8 +6,8 @@
 
 #include "core/base/json.hpp"
 #include "core/gap/diagnose.hpp"
-#include "core/gap/examine.hpp"
-#include "core/gap/placebo.hpp"
+#include "core/gap/study/examine.hpp"
+#include "core/gap/study/placebo.hpp"
 
 namespace wheelhop {
 

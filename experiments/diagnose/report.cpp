@@ -166,21 +166,22 @@ Json unknown_json(const Plant& plant, const Examination& examination) {
 }  // namespace
 
 std::string place_of_note(const Diagnosis& diagnosis) {
-  if (diagnosis.outcome == GapOutcome::none) return "";
-  if (diagnosis.places.empty()) return diagnosis.locations.empty() ? "" : diagnosis.locations.front().location;
-  if (!diagnosis.locations.empty())
-    for (const Place& place : diagnosis.places) {
-      const std::string& wanted = diagnosis.locations.front().location;
+  if (is<NoGap>(diagnosis.verdict)) return "";
+  if (diagnosis.evidence.places.empty())
+    return diagnosis.verdict.locations.empty() ? "" : diagnosis.verdict.locations.front().location;
+  if (!diagnosis.verdict.locations.empty())
+    for (const PlaceLeftover& place : diagnosis.evidence.places) {
+      const std::string& wanted = diagnosis.verdict.locations.front().location;
       for (const std::string& name : {wanted, "guide:" + wanted})  // a force on a mass
         if (place.location == name || std::find(place.same.begin(), place.same.end(), name) != place.same.end())
           return place.location;
     }
-  return diagnosis.places.front().location;
+  return diagnosis.evidence.places.front().location;
 }
 
 std::string place_of_ceiling(const Diagnosis& diagnosis) {
-  const bool clock = !diagnosis.locations.empty() && diagnosis.locations.front().location == "timebase";
-  return clock && diagnosis.outcome != GapOutcome::none ? "timebase" : place_of_note(diagnosis);
+  const bool clock = !diagnosis.verdict.locations.empty() && diagnosis.verdict.locations.front().location == "timebase";
+  return clock && !is<NoGap>(diagnosis.verdict) ? "timebase" : place_of_note(diagnosis);
 }
 
 Json diagnosis_figures_json(const Plant& plant, const Examination& examination) {

@@ -7,7 +7,7 @@
 
 #include "core/base/json.hpp"
 #include "core/gap/diagnose.hpp"
-#include "core/gap/examine.hpp"
+#include "core/gap/study/examine.hpp"
 
 namespace wheelhop {
 

@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "core/base/files.hpp"
-#include "core/gap/noise_floor.hpp"
+#include "core/gap/evidence/noise_floor.hpp"
 #include "experiments/run/provenance.hpp"
 #include "variants/table.hpp"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/gap/plan.hpp"
+#include "core/gap/plan/plan.hpp"
 
 namespace wheelhop {
 

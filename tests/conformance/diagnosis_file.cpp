@@ -73,12 +73,13 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what, its figures ho
   Diagnosis diagnosis;
   diagnosis.floor = noise_floor(set);
   diagnosis.plant = truth;
-  diagnosis.places = {{"suspension", {}, 1.1}, {"tyre", {"actuator"}, 20}};
-  diagnosis.locations = {{"actuator", 0.9}};
+  diagnosis.evidence.places = {{"suspension", {}, 1.1}, {"tyre", {"actuator"}, 20}};
+  diagnosis.evidence.singles.emplace_back();
+  diagnosis.verdict.locations = {{"actuator", 0.9}};
   CHECK(place_of_note(diagnosis).empty());  // no gap
-  diagnosis.outcome = GapOutcome::effect;
+  diagnosis.verdict.answer = Effects{};
   CHECK(place_of_note(diagnosis) == "tyre");
-  diagnosis.locations = {{"suspension", 0.9}};
+  diagnosis.verdict.locations = {{"suspension", 0.9}};
   CHECK(place_of_note(diagnosis) == "suspension");
   Random random = numbers(842);
   const auto solver = make_levenberg_marquardt({});
@@ -90,12 +91,12 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what, its figures ho
                                          {"tyre_damping", "tyre"},
                                          {"hysteresis", "suspension"},
                                          {"tyre_damping", "tyre"}}) {
-    diagnosis.suspects.emplace_back();
-    diagnosis.suspects.back().effect = effect;
-    diagnosis.suspects.back().location = location;
+    diagnosis.verdict.suspects.emplace_back();
+    diagnosis.verdict.suspects.back().effect = effect;
+    diagnosis.verdict.suspects.back().location = location;
   }
-  diagnosis.named = {"tyre_damping@tyre", "damper_asymmetry@suspension"};
-  diagnosis.shares = (Vector(2) << 0.1, 0.85).finished();
+  diagnosis.verdict.named = {"tyre_damping@tyre", "damper_asymmetry@suspension"};
+  diagnosis.follow_up.shares = (Vector(2) << 0.1, 0.85).finished();
   CHECK(telling_stage(examination) == 1);
   const Json file = diagnosis_json(nominal, diagnosis, &examination, "An answer.", "d.plant.json");
 
@@ -153,27 +154,29 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what, its figures ho
 TEST_CASE("an answer speaks of a share that goes only where the validation records have a gap") {
   using Catch::Contains;
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  Diagnosis diagnosis;
-  diagnosis.delivered.misfit = 0.98;
-  diagnosis.locations = {{"suspension", 0.9}};
-  diagnosis.suspects.emplace_back();
-  diagnosis.suspects[0].effect = "bump_stop";
-  diagnosis.suspects[0].location = "suspension";
-  diagnosis.suspects[0].closure = diagnosis.closure = {nan, nan, nan};
-  diagnosis.named = {"bump_stop@suspension"};
-  for (const GapOutcome outcome : {GapOutcome::effect, GapOutcome::ambiguous, GapOutcome::parameter,
-                                   GapOutcome::located_not_in_catalogue, GapOutcome::exogenous}) {
-    CAPTURE(to_string(outcome));
-    diagnosis.outcome = outcome;
-    diagnosis.closure.value = nan;
-    CHECK_FALSE(is_rounding(diagnosis));
-    CHECK_THAT(answer(diagnosis), !Contains("nan") && !Contains("no model of the plant"));
+  Evidence evidence;
+  evidence.delivered.misfit = 0.98;
+  evidence.singles.emplace_back();
+  evidence.singles[0].closure = {nan, nan, nan};
+  evidence.freed.emplace_back();
+  evidence.freed[0].closure_of_delivered = {nan, nan, nan};
+  Verdict verdict;
+  verdict.locations = {{"suspension", 0.9}};
+  verdict.suspects.emplace_back();
+  verdict.suspects[0].effect = "bump_stop";
+  verdict.suspects[0].location = "suspension";
+  verdict.suspects[0].closure = {nan, nan, nan};
+  verdict.named = {"bump_stop@suspension"};
+  for (const Answer& kind : std::vector<Answer>{Effects{}, Parameters{}, AtPlace{}, Exogenous{}}) {
+    CAPTURE(kind.index());
+    verdict.answer = kind;
+    CHECK_THAT(answer(evidence, verdict, {}), !Contains("nan") && !Contains("no model of the plant"));
   }
-  diagnosis.outcome = GapOutcome::effect;
-  CHECK_THAT(answer(diagnosis), Contains("validation records hardly do"));
-  diagnosis.closure = kNothingAdded;
-  diagnosis.named = {"quantisation@sensor:travel"};
-  CHECK_THAT(answer(diagnosis), Contains("no model of the plant removes it"));
+  verdict.answer = Effects{};
+  CHECK_THAT(answer(evidence, verdict, {}), Contains("validation records hardly do"));
+  verdict.answer = Rounding{};
+  verdict.named = {"quantisation@sensor:travel"};
+  CHECK_THAT(answer(evidence, verdict, {}), Contains("no model of the plant removes it"));
 }
 
 TEST_CASE("a file without an examination holds the same keys") {

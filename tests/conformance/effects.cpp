@@ -4,8 +4,8 @@
 #include <cmath>
 #include <set>
 
-#include "core/gap/screen.hpp"
-#include "core/identify/bounded_step.hpp"
+#include "core/gap/which/screen.hpp"
+#include "core/optimise/bounded_step.hpp"
 #include "core/plant/dataset.hpp"
 #include "core/plant/simulate.hpp"
 #include "tests/support/plants.hpp"

@@ -8,14 +8,19 @@
 namespace {
 
 /// From the bottom up; a folder may include itself and what stands before it.
-const std::vector<std::string> kLayers = {"core/base/",     "core/data/", "core/plant/", "core/model/", "core/kernels/",
-                                          "core/identify/", "core/gap/",  "variants/",   "experiments/"};
+const std::vector<std::string> kLayers = {
+    "core/base/",     "core/data/",    "core/plant/",       "core/model/",        "core/kernels/",   "core/optimise/",
+    "core/identify/", "core/greybox/", "core/gap/verdict/", "core/gap/evidence/", "core/gap/where/", "core/gap/which/",
+    "core/gap/plan/", "core/gap/",     "core/gap/study/",   "variants/",          "experiments/"};
 
-/// Position of a path in kLayers, -1 for none.
+/// Position in kLayers of the innermost folder that holds a path, -1 for none.
 int layer_of(const std::string& path) {
+  int innermost = -1;
   for (std::size_t i = 0; i < kLayers.size(); ++i)
-    if (path.starts_with(kLayers[i])) return static_cast<int>(i);
-  return -1;
+    if (path.starts_with(kLayers[i]) &&
+        (innermost < 0 || kLayers[i].size() > kLayers[static_cast<std::size_t>(innermost)].size()))
+      innermost = static_cast<int>(i);
+  return innermost;
 }
 
 /// "variants/inversion/" of a path in a family's folder, empty for the tables' shared files.
@@ -52,6 +57,22 @@ TEST_CASE("no file includes a layer above its own, and no family of pieces inclu
     }
   CHECK(files > 50);
   CHECK(includes > 100);
+}
+
+TEST_CASE("the verdict includes nothing that could simulate") {
+  const std::filesystem::path root = WHEELHOP_SOURCE;
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(root / "core/gap/verdict")) {
+    std::ifstream stream(entry.path());
+    ++files;
+    for (std::string line; std::getline(stream, line);) {
+      CAPTURE(entry.path().string(), line);
+      if (line.starts_with("#include \""))
+        CHECK(
+            (line.find("\"core/base/") != std::string::npos || line.find("\"core/gap/verdict/") != std::string::npos));
+    }
+  }
+  CHECK(files > 8);
 }
 
 TEST_CASE("what makes blind cases shares no laws, simulation or catalogue with the diagnosis it tests") {

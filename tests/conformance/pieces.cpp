@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/identify/bounded_step.hpp"
+#include "core/optimise/bounded_step.hpp"
 #include "tests/support/pieces.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/inversion/sdi.hpp"

@@ -2,9 +2,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/gap/ceiling.hpp"
-#include "core/gap/forced.hpp"
-#include "core/gap/hypothesis.hpp"
+#include "core/gap/study/ceiling.hpp"
+#include "core/gap/study/forced.hpp"
+#include "core/gap/which/hypothesis.hpp"
 #include "core/plant/dataset.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"

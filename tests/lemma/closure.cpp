@@ -1,7 +1,7 @@
 // Closure and the odds of rivals.
 #include <catch2/catch.hpp>
 
-#include "core/gap/closure.hpp"
+#include "core/gap/evidence/closure.hpp"
 #include "tests/support/systems.hpp"
 
 using namespace wheelhop;
@@ -31,19 +31,19 @@ TEST_CASE(
   Random random = numbers(602);
   const Vector before = 5 + random.normal(30, 1).array().abs();
   const Vector floor = Vector::Ones(30);
-  CHECK(closure(before, floor, {200}, random).value == Approx(1));
-  CHECK(closure(before, before, {200}, random).value == Approx(0).margin(1e-12));
-  CHECK(closure(before, 2 * before, {200}, random).value < 0);
+  CHECK(closure(before, floor, {200}).value == Approx(1));
+  CHECK(closure(before, before, {200}).value == Approx(0).margin(1e-12));
+  CHECK(closure(before, 2 * before, {200}).value < 0);
   const Vector noisy = 1.5 + 0.4 * random.normal(30, 1).array();
-  const Closure some = closure(before, noisy, {400}, random);
+  const Closure some = closure(before, noisy, {400});
   CHECK(some.low < some.value);
   CHECK(some.value < some.high);
   // A floor that is not known well widens the interval by its error over the gap.
-  const Closure vague = closure(before, floor, {2000, 0.1}, random), sure = closure(before, floor, {2000}, random);
+  const Closure vague = closure(before, floor, {2000, 0.1}), sure = closure(before, floor, {2000});
   CHECK(sure.high - sure.low < 1e-12);
   CHECK(1 - vague.low == Approx(1.96 * 0.1 / (before.mean() - 1)).epsilon(0.15));
   CHECK(vague.high == 1);
-  CHECK(std::isnan(closure(0.9 * floor, floor, {10}, random).value));  // nothing to close
+  CHECK(std::isnan(closure(0.9 * floor, floor, {10}).value));  // nothing to close
 }
 
 TEST_CASE("nine of ten closure intervals hold the true share, few blocks and a vague floor included") {
@@ -55,20 +55,10 @@ TEST_CASE("nine of ten closure intervals hold the true share, few blocks and a v
       const double floor_error = 0.04, noise = 1 + floor_error * random.normal();
       const Vector own = noise * (1 + 0.05 * random.normal(blocks, 1).array());  // of the held-out record
       const Vector gap = 2 * (1 + 0.4 * random.normal(blocks, 1).array());
-      const Closure told = closure(own + gap, own + left * gap, {500, floor_error}, random);
+      const Closure told = closure(own + gap, own + left * gap, {500, floor_error});
       inside += told.low <= 1 - left && 1 - left <= told.high;
     }
     CAPTURE(left);
     CHECK(static_cast<double>(inside) / trials == Approx(0.9).margin(0.07));
   }
-}
-
-TEST_CASE("rivals share their probability by misfit and blocks, equals equally, and none is ever certain") {
-  const Vector equal = rival_probabilities(Vector::Constant(4, 1.3), 20, 0.99);
-  for (const double p : equal) CHECK(p == Approx(0.25));
-  const Vector misfits = (Vector(2) << 1.0, 1.1).finished();
-  const Vector few = rival_probabilities(misfits, 10, 0.99), many = rival_probabilities(misfits, 100, 0.99);
-  CHECK(few(0) / few(1) == Approx(std::pow(1.1, 5)));
-  CHECK(many(0) > few(0));
-  CHECK(rival_probabilities((Vector(2) << 1.0, 50.0).finished(), 100, 0.99)(0) == 0.99);
 }

@@ -4,8 +4,9 @@
 #include <cmath>
 #include <map>
 
-#include "core/gap/hypothesis.hpp"
-#include "core/gap/rivals.hpp"
+#include "core/gap/which/hypothesis.hpp"
+#include "core/gap/which/parameter_label.hpp"
+#include "core/gap/which/search.hpp"
 #include "core/plant/dataset.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
@@ -73,9 +74,10 @@ TEST_CASE("a plant that cannot follow the held-out drive alone has no finite chi
   const Study followed{plant, same, solvers, candidates, tolerance_parameters(plant)};
   const Hypothesis good = fit_hypothesis(followed, plant, followed.tolerances);
   REQUIRE_FALSE(good.fit.error.empty());
-  const std::vector<Rival> rivals = parameter_rivals(study, good, 0);
-  REQUIRE(!rivals.empty());
-  for (const Rival& rival : rivals) CHECK(rival.chi2 >= good.chi2);
+  const Search search{study, {}, {}, {}, good, good, {}};
+  const FreedParameters freed = free_parameters(search, {0, 1});
+  REQUIRE(freed.evidence.size() == 2);
+  for (const FreedEvidence& own : freed.evidence) CHECK(own.chi2 >= good.chi2);
 }
 
 TEST_CASE("a wrong parameter is called by what it belongs to: slopes, paths, laws with a memory") {
@@ -84,14 +86,11 @@ TEST_CASE("a wrong parameter is called by what it belongs to: slopes, paths, law
   set_parameter(plant, "actuator:road.delay_s", 0.002);
   set_parameter(plant, "sensor:travel.gain", 1.1);
   set_parameter(plant, "sensor:body_acc.lag.time_constant_s", 0.001);
-  const GapData data;
-  const auto solver = make_levenberg_marquardt({});
-  const GapSolvers solvers{*solver, *solver, *solver};
-  const CandidateList candidates = effect_candidates;
-  const Study study{plant, data, solvers, candidates, tolerance_parameters(plant)};
   std::map<std::string, std::string> called;
-  for (std::size_t i = 0; i < study.tolerances.size(); ++i)
-    called[study.tolerances[i].name] = parameter_rival(study, {}, i).name();
+  for (const FitParameter& parameter : tolerance_parameters(plant)) {
+    const ParameterLabel label = label_of(plant, parameter.name);
+    called[parameter.name] = label.effect + "@" + label.location;
+  }
   const std::map<std::string, std::string> right = {
       {"body.mass_kg", "mass_error@body"},
       {"suspension.hardening_spring.stiffness_n_per_m", "stiffness_error@suspension"},

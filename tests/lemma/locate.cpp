@@ -73,10 +73,10 @@ Diagnosis without_catalogue(const Plant& nominal, const Plant& truth) {
   }
   const auto solver = make_levenberg_marquardt({});
   const auto nothing = [](const Plant&, const Operation&) { return std::vector<EffectCandidate>{}; };
-  return diagnose(nominal, set, nothing, {*solver, *solver, *solver}, {}, random, {});
+  return diagnose(nominal, set, nothing, {*solver, *solver, *solver}, {}, 622);
 }
 
-std::vector<Place> places_of(const Plant& nominal, const Plant& truth) {
+std::vector<PlaceLeftover> places_of(const Plant& nominal, const Plant& truth) {
   const Seen own = seen(nominal, truth);
   return locate(own.fit, own.records);
 }
@@ -88,7 +88,7 @@ TEST_CASE("Lemma 3: a force missing between two masses, at the tyre or in a sens
   {
     Plant truth = nominal;
     truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.3}});
-    const std::vector<Place> places = places_of(nominal, truth);
+    const std::vector<PlaceLeftover> places = places_of(nominal, truth);
     REQUIRE(places.size() >= 5);
     CHECK(places[0].location == "suspension");
     CHECK(places[0].leftover < 3);  // 1, and what linearising and holding the force over a sample leave
@@ -97,7 +97,7 @@ TEST_CASE("Lemma 3: a force missing between two masses, at the tyre or in a sens
   {
     Plant truth = nominal;
     set_parameter(truth, "actuator:road.gain", 1.08);
-    const std::vector<Place> places = places_of(nominal, truth);
+    const std::vector<PlaceLeftover> places = places_of(nominal, truth);
     CHECK(places[0].location == "tyre");
     CHECK(places[1].leftover > 2 * places[0].leftover);
     // The record cannot tell a tyre from what drives it, nor from the ground under the wheel.
@@ -106,7 +106,7 @@ TEST_CASE("Lemma 3: a force missing between two masses, at the tyre or in a sens
   }
   Plant truth = nominal;
   set_parameter(truth, "sensor:body_acc.gain", 1.1);
-  const std::vector<Place> places = places_of(nominal, truth);
+  const std::vector<PlaceLeftover> places = places_of(nominal, truth);
   CHECK(places[0].location == "sensor:body_acc");
   CHECK(places[0].leftover == Approx(1).epsilon(0.2));
 }
@@ -116,7 +116,7 @@ TEST_CASE("in a chain of three masses the element is found among its neighbours"
   for (std::size_t e = 0; e < nominal.elements.size(); ++e) {
     Plant truth = nominal;
     truth.elements[e].laws.push_back({find_law("viscous_damper"), {6}});
-    const std::vector<Place> places = places_of(nominal, truth);
+    const std::vector<PlaceLeftover> places = places_of(nominal, truth);
     CAPTURE(nominal.elements[e].name, places[0].location, places[0].leftover, places[1].location);
     CHECK(places[0].location == nominal.elements[e].name);
   }
@@ -128,7 +128,7 @@ TEST_CASE("coloured noise counts as what it is in the band: the right place leav
   set_parameter(truth, "sensor:body_acc.gain", 1.1);
   const Seen own = seen(nominal, truth, 0.8);
   CHECK(locate(own.fit, own.records).front().leftover > 2);
-  const std::vector<Place> places = locate(own.fit, own.records, own.noise_shares);
+  const std::vector<PlaceLeftover> places = locate(own.fit, own.records, own.noise_shares);
   CHECK(places.front().location == "sensor:body_acc");
   CHECK(places.front().leftover == Approx(1).epsilon(0.2));
   CHECK(explains_all(places.front().leftover, own.fit.misfit));
@@ -140,9 +140,9 @@ TEST_CASE("two unknown signals are found at their two places, where no single on
   set_parameter(truth, "sensor:body_acc.gain", 1.1);
   set_parameter(truth, "actuator:road.gain", 1.08);
   const Seen own = seen(nominal, truth);
-  const std::vector<Place> places = locate(own.fit, own.records);
+  const std::vector<PlaceLeftover> places = locate(own.fit, own.records);
   CHECK_FALSE(explains_all(places.front().leftover, own.fit.misfit));
-  const std::vector<PlacePair> pairs = locate_two(own.fit, own.records, places);
+  const std::vector<PairLeftover> pairs = locate_two(own.fit, own.records, places);
   REQUIRE(pairs.size() == places.size() * (places.size() - 1) / 2);
   std::array<std::string, 2> best = pairs.front().locations;
   std::sort(best.begin(), best.end());
@@ -150,8 +150,8 @@ TEST_CASE("two unknown signals are found at their two places, where no single on
   CHECK(explains_all(pairs.front().leftover, own.fit.misfit));
   CHECK(pairs[1].leftover > 1.2 * pairs[0].leftover);
   // A second place takes away, with its freedom in the noise: no pair leaves more than either of its places.
-  for (const PlacePair& pair : pairs)
-    for (const Place& place : places)
+  for (const PairLeftover& pair : pairs)
+    for (const PlaceLeftover& place : places)
       if (place.location == pair.locations[0] || place.location == pair.locations[1])
         CHECK(pair.leftover < 2.1 * place.leftover);  // chi2 falls, and is over one channel in place of two
 }
@@ -162,7 +162,7 @@ TEST_CASE("with two channels any two places explain all: no pairs are told") {
   Plant truth = nominal;
   set_parameter(truth, "actuator:road.gain", 1.08);
   const Seen own = seen(nominal, truth);
-  const std::vector<Place> places = locate(own.fit, own.records);
+  const std::vector<PlaceLeftover> places = locate(own.fit, own.records);
   CHECK_FALSE(places.empty());
   CHECK(locate_two(own.fit, own.records, places).empty());
 }
@@ -173,22 +173,22 @@ TEST_CASE("without any catalogue one fault is an unknown at its place, two are a
   Plant truth = nominal;
   truth.sensors[0].path.lag.time_constant_s = 0.006;  // what no parameter does
   const Diagnosis one = without_catalogue(nominal, truth);
-  CHECK(one.places_needed == 1);
-  CHECK(one.place_pairs.empty());
-  CHECK(one.named == std::vector<std::string>{"unknown@sensor:travel"});
+  CHECK(one.evidence.places_needed == 1);
+  CHECK(one.evidence.place_pairs.empty());
+  CHECK(one.verdict.named == std::vector<std::string>{"unknown@sensor:travel"});
   truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.4}});
   const Diagnosis two = without_catalogue(nominal, truth);
-  CHECK(two.outcome == GapOutcome::located_not_in_catalogue);
-  CHECK(two.places_needed == 2);
-  CHECK(std::set<std::string>(two.named.begin(), two.named.end()) ==
+  CHECK(is<AtTwoPlaces>(two.verdict));
+  CHECK(two.evidence.places_needed == 2);
+  CHECK(std::set<std::string>(two.verdict.named.begin(), two.verdict.named.end()) ==
         std::set<std::string>{"unknown@sensor:travel", "unknown@suspension"});
-  CHECK(two.named.front() == "unknown@" + two.locations[0].location);
-  CHECK(two.named.back() == "unknown@" + two.locations[1].location);
-  CHECK(two.locations[1].probability > 0.9);
+  CHECK(two.verdict.named.front() == "unknown@" + two.verdict.locations[0].location);
+  CHECK(two.verdict.named.back() == "unknown@" + two.verdict.locations[1].location);
+  CHECK(two.verdict.locations[1].probability > 0.9);
   truth.sensors[1].path.lag.time_constant_s = 0.006;
   const Diagnosis three = without_catalogue(nominal, truth);
-  CHECK(three.places_needed == 0);
-  CHECK(three.named.size() == 1);
-  CHECK(three.locations.front().probability <= 0.5);
-  CHECK_THAT(three.message, Catch::Contains("the place is in doubt"));
+  CHECK(three.evidence.places_needed == 0);
+  CHECK(three.verdict.named.size() == 1);
+  CHECK(three.verdict.locations.front().probability <= 0.5);
+  CHECK_THAT(three.verdict.message, Catch::Contains("the place is in doubt"));
 }

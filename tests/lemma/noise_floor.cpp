@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/data/metrics.hpp"
-#include "core/gap/noise_floor.hpp"
+#include "core/gap/evidence/noise_floor.hpp"
 #include "tests/support/systems.hpp"
 
 using namespace wheelhop;

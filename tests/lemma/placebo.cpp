@@ -1,5 +1,5 @@
 // The diagnosis of simulated records: they look like those measured, and the count is what was named.
-#include "core/gap/placebo.hpp"
+#include "core/gap/study/placebo.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -99,21 +99,22 @@ TEST_CASE("the placebo of a true answer names it again, the same whenever it run
   const Plant nominal = plant_from(one_mass_text);
   const auto solver = make_levenberg_marquardt({});
   const auto diagnosed = [&](const RecordSet& set) {
-    Random random = numbers(874);
-    return diagnose(nominal, set, effect_candidates, {*solver, *solver, *solver}, {.iterations = 6, .effects = 1},
-                    random, {});
+    DiagnoseOptions options{.iterations = 6};
+    options.effort.searches = 0;  // for a second effect
+    return diagnose(nominal, set, effect_candidates, {*solver, *solver, *solver}, options, 874);
   };
   Plant wrong = nominal;
   set_parameter(wrong, "sensor:v.gain", 1.3);
   for (const Plant& truth : {wrong, nominal}) {
     const RecordSet set = measured(truth);
     const Diagnosis diagnosis = diagnosed(set);
-    REQUIRE(diagnosis.named.empty() == (get_parameter(truth, "sensor:v.gain") == 1));
+    const std::vector<std::string>& named = diagnosis.verdict.named;
+    REQUIRE(named.empty() == (get_parameter(truth, "sensor:v.gain") == 1));
     const Placebo first = placebo(diagnosis, set, 2, 5, diagnosed, one_by_one);
     CHECK(first.why_not.empty());
     CHECK(first.runs == 2);
     CHECK(first.same == 2);
-    CHECK(first.names == std::map<std::string, Index>{{diagnosis.named.empty() ? "none" : diagnosis.named[0], 2}});
+    CHECK(first.names == std::map<std::string, Index>{{named.empty() ? "none" : named[0], 2}});
     CHECK(placebo(diagnosis, set, 2, 5, diagnosed, backwards).names == first.names);
   }
 }
@@ -124,21 +125,20 @@ TEST_CASE("what comes back is counted name by name, what the catalogue does not 
   Diagnosis diagnosis;
   diagnosis.plant = plant;
   diagnosis.floor = noise_floor(set);
-  diagnosis.outcome = GapOutcome::several;
-  diagnosis.named = {"a@spring", "b@spring"};
+  diagnosis.verdict.answer = Effects{true, 0, 0};
+  diagnosis.verdict.named = {"a@spring", "b@spring"};
   std::vector<std::vector<std::string>> answers = {{"b@spring", "a@spring"}, {"a@spring"}, {}, {"c@m", "a@spring"}};
   std::size_t next = 0;
   const auto told = [&](const RecordSet&) {
     Diagnosis again;
-    again.named = answers[next++];
+    again.verdict.named = answers[next++];
     return again;
   };
   const Placebo row = placebo(diagnosis, set, 4, 1, told, one_by_one);
   CHECK(row.same == 1);
   CHECK(row.names == std::map<std::string, Index>{{"a@spring", 3}, {"b@spring", 1}, {"c@m", 1}, {"none", 1}});
-  for (const GapOutcome outcome :
-       {GapOutcome::located_not_in_catalogue, GapOutcome::exogenous, GapOutcome::insufficient}) {
-    diagnosis.outcome = outcome;
+  for (const Answer& place : std::vector<Answer>{AtPlace{}, AtTwoPlaces{}, Exogenous{}, Insufficient{}}) {
+    diagnosis.verdict.answer = place;
     const Placebo none = placebo(diagnosis, set, 4, 1, told, one_by_one);
     CHECK(none.runs == 0);
     CHECK_FALSE(none.why_not.empty());

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/gap/plan.hpp"
-#include "core/gap/responses.hpp"
+#include "core/gap/plan/plan.hpp"
+#include "core/gap/plan/responses.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/table.hpp"

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/gap/plant_fit.hpp"
+#include "core/greybox/plant_fit.hpp"
 #include "core/plant/dataset.hpp"
 #include "core/plant/road.hpp"
 #include "tests/support/plants.hpp"

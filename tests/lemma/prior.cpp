@@ -2,7 +2,7 @@
 #include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 
-#include "core/identify/prior.hpp"
+#include "core/optimise/prior.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/nonlinearity/mlp.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/gap/envelope.hpp"
-#include "core/gap/profile.hpp"
+#include "core/gap/evidence/envelope.hpp"
+#include "core/gap/evidence/profile.hpp"
 #include "core/plant/dataset.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
@@ -202,9 +202,7 @@ TEST_CASE("closure is told apart inside and beyond what training has seen, and a
       after.add(0, k, 15 * random.normal());
     }
   }
-  Random draws = numbers(812);
-  const BeyondEnvelope found =
-      beyond_envelope(held.fit, after.fit, held.records, envelope, held.motion, 100, {100}, draws);
+  const BeyondEnvelope found = beyond_envelope(held.fit, after.fit, held.records, envelope, held.motion, 100, {100});
   CHECK(found.inside.value > 0.8);
   CHECK(found.outside.value < -1);
   CHECK(found.flagged);
@@ -213,8 +211,7 @@ TEST_CASE("closure is told apart inside and beyond what training has seen, and a
   REQUIRE(found.excursions.size() == 1);
   CHECK(found.excursions[0].variable == "suspension.travel");
   CHECK(found.excursions[0].beyond == Approx(0.25).epsilon(0.05));  // of the whole width
-  const BeyondEnvelope within =
-      beyond_envelope(held.fit, after.fit, held.records, envelope, train.motion, 100, {100}, draws);
+  const BeyondEnvelope within = beyond_envelope(held.fit, after.fit, held.records, envelope, train.motion, 100, {100});
   CHECK(within.time_share == 0);
   CHECK(std::isnan(within.outside.value));
   CHECK_FALSE(within.flagged);
@@ -234,9 +231,7 @@ TEST_CASE("a correction that opens a gap beyond training, where there was none, 
       if (beyond) after.add(0, k, worse * random.normal());
       if (beyond) held.motion[0].travel(0, k) *= 1.5;
     }
-    Random draws = numbers(818);
-    const BeyondEnvelope found =
-        beyond_envelope(held.fit, after.fit, held.records, envelope, held.motion, 100, {100}, draws);
+    const BeyondEnvelope found = beyond_envelope(held.fit, after.fit, held.records, envelope, held.motion, 100, {100});
     REQUIRE(found.time_share > 0);
     CHECK(std::isnan(found.outside.value));
     CHECK(found.inside.value > 0.9);
@@ -258,9 +253,7 @@ TEST_CASE("a plant that may err more beyond what training has seen is flagged, o
       after.add(0, k, (beyond ? (k < 3400 ? 0.2 : worse) : 0.95) * error);
       if (beyond) held.motion[0].travel(0, k) *= 1.5;
     }
-    Random draws = numbers(815);
-    const BeyondEnvelope found =
-        beyond_envelope(held.fit, after.fit, held.records, envelope, held.motion, 100, {100}, draws);
+    const BeyondEnvelope found = beyond_envelope(held.fit, after.fit, held.records, envelope, held.motion, 100, {100});
     CHECK(found.inside.value < 0.2);
     CHECK(found.outside.value > 0);
     CHECK(found.flagged == (worse > 1));

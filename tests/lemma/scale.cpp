@@ -1,7 +1,7 @@
 // Channels in another unit or of another sign than the plant's.
 #include <catch2/catch.hpp>
 
-#include "core/gap/scale.hpp"
+#include "core/gap/evidence/scale.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/gap/split.hpp"
+#include "core/gap/evidence/split.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 

@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "core/data/resample.hpp"
-#include "core/gap/locate.hpp"
-#include "core/gap/trajectory.hpp"
-#include "core/gap/unknown.hpp"
+#include "core/gap/where/locate.hpp"
+#include "core/gap/where/unknown.hpp"
+#include "core/greybox/trajectory.hpp"
 #include "core/plant/dataset.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"

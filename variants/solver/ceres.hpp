@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/base/options.hpp"
-#include "core/identify/solver.hpp"
+#include "core/optimise/solver.hpp"
 
 namespace wheelhop {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/identify/bounded_step.hpp"
+#include "core/optimise/bounded_step.hpp"
 
 namespace wheelhop {
 namespace {

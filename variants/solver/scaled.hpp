@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/identify/bounded_step.hpp"
-#include "core/identify/solver.hpp"
+#include "core/optimise/bounded_step.hpp"
+#include "core/optimise/solver.hpp"
 
 namespace wheelhop {
 

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "core/base/options.hpp"
-#include "core/identify/solver.hpp"
+#include "core/optimise/solver.hpp"
 
 namespace wheelhop {
 

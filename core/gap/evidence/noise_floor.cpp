@@ -1,0 +1,242 @@
+#include "core/gap/evidence/noise_floor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/status.hpp"
+#include "core/data/metrics.hpp"
+#include "core/data/spectra.hpp"
+
+namespace wheelhop {
+namespace {
+
+constexpr double kMeetings = 4;         // readings a step of the lattice
+constexpr double kOnLattice = 1e-3;     // of a step, by which a reading may lie beside it: digits of a file
+constexpr Index kColourBands = 24;      // in which the density of the noise is looked at
+constexpr Index kErrorBlocks = 20;      // of time, whose scatter tells the error of the noise power
+constexpr double kEstimateError = 0.1;  // of the power that the quiet end tells
+constexpr double kSameDrive = 0.05;     // of the drives of one unit: repeats that differ by more are of something else
+
+using Repeats = std::vector<const Record*>;
+
+/// Records by role and `repeat_of`, in the order of the file.
+std::vector<Repeats> groups_of(const RecordSet& set) {
+  std::vector<Repeats> groups;
+  for (const Record& record : set.records) {
+    const auto same = [&](const Repeats& group) {
+      return !record.repeat_of.empty() && group.front()->repeat_of == record.repeat_of &&
+             group.front()->role == record.role;
+    };
+    const auto found = std::find_if(groups.begin(), groups.end(), same);
+    if (found == groups.end())
+      groups.push_back({&record});
+    else
+      found->push_back(&record);
+  }
+  return groups;
+}
+
+/// Mean over the repeats of `of`, u or y.
+Matrix mean_of(const Repeats& group, Matrix Signal::*of) {
+  Matrix mean = group.front()->signal.*of;
+  for (std::size_t r = 1; r < group.size(); ++r) mean += group[r]->signal.*of;
+  return mean / static_cast<double>(group.size());
+}
+
+/// First sample that every repeat scores.
+Index skip_of(const Repeats& group) {
+  Index skip = 0;
+  for (const Record* record : group) skip = std::max(skip, record->signal.skip);
+  return skip;
+}
+
+/// What does not repeat, of each record, in the samples that are scored.
+std::vector<Matrix> noise_of(const Repeats& group) {
+  const Matrix mean = mean_of(group, &Signal::y);
+  const Index kept = mean.cols() - skip_of(group);
+  std::vector<Matrix> noise;
+  for (const Record* record : group) noise.push_back((record->signal.y - mean).rightCols(kept));
+  return noise;
+}
+
+void check_repeats(const Repeats& group) {
+  const Record& first = *group.front();
+  for (const Record* other : group) {
+    if (other->signal.samples() != first.signal.samples())
+      throw UserError(fmt::format("{}: expected {} samples as in {}, whose drive \"{}\" it repeats, found {}",
+                                  other->file, first.signal.samples(), first.file, first.repeat_of,
+                                  other->signal.samples()));
+    const std::vector<Channel>& inputs = first.signal.inputs;
+    const Vector level = rms(first.signal.u), difference = rms(other->signal.u - first.signal.u);
+    for (Index i = 0; i < level.size(); ++i) {
+      double largest = 0;  // an actuator at rest shows its noise alone
+      for (Index j = 0; j < level.size(); ++j)
+        if (inputs[static_cast<std::size_t>(j)].unit == inputs[static_cast<std::size_t>(i)].unit)
+          largest = std::max(largest, level(j));
+      if (largest == 0) largest = difference(i);
+      if (difference(i) > kSameDrive * largest)
+        throw UserError(fmt::format(
+            "{}: input \"{}\" differs from that of {} by {:.1f} % (RMS): they are not repeats of one drive \"{}\"",
+            other->file, inputs[static_cast<std::size_t>(i)].name, first.file, 100 * difference(i) / largest,
+            first.repeat_of));
+    }
+  }
+}
+
+/// White level that the median line of the upper fifth of the band tells.
+Vector quiet_end(ConstMatrixRef y) {
+  const ComplexMatrix spectrum = hann_spectrum(y);
+  const Index lines = spectrum.cols(), first = lines - std::max<Index>(lines / 5, 1);
+  Vector std(y.rows());
+  for (Index i = 0; i < y.rows(); ++i) {
+    std::vector<double> power;
+    for (Index k = first; k < lines; ++k) power.push_back(std::norm(spectrum(i, k)));
+    const auto middle = power.begin() + static_cast<std::ptrdiff_t>(power.size() / 2);
+    std::nth_element(power.begin(), middle, power.end());
+    // White noise of variance s^2 under this window: |X|^2 is exponential with mean 6 s^2 / N, median ln 2 of it.
+    std(i) = std::sqrt(*middle / std::log(2.0) * static_cast<double>(y.cols()) / 6);
+  }
+  return std;
+}
+
+/// Largest mean density of a band over that of all, over the channels.
+double colour_of(const Matrix& noise) {
+  const ComplexMatrix spectrum = hann_spectrum(noise);
+  const Index width = spectrum.cols() / kColourBands;
+  double largest = 1;
+  if (width < 8) return largest;
+  for (Index i = 0; i < spectrum.rows(); ++i) {
+    const double mean = spectrum.row(i).squaredNorm() / static_cast<double>(spectrum.cols());
+    for (Index band = 0; band < kColourBands && mean > 0; ++band)
+      largest = std::max(
+          largest, spectrum.row(i).segment(band * width, width).squaredNorm() / (static_cast<double>(width) * mean));
+  }
+  return largest;
+}
+
+/// Standard error of the mean of |noise / std|^2 over channels and groups.
+double error_of_power(const std::vector<Repeats>& groups, ConstVectorRef std) {
+  std::vector<double> powers;
+  for (const Repeats& group : groups) {
+    const std::vector<Matrix> noise = noise_of(group);
+    const Index block = noise.front().cols() / kErrorBlocks;
+    if (group.size() < 2 || block == 0) continue;
+    const double degrees = static_cast<double>((static_cast<Index>(group.size()) - 1) * block * std.size());
+    for (Index b = 0; b < kErrorBlocks; ++b) {
+      double power = 0;
+      for (const Matrix& own : noise)
+        power += (own.middleCols(b * block, block).array().colwise() / std.array()).square().sum();
+      powers.push_back(power / degrees);
+    }
+  }
+  if (powers.size() < 2) return kEstimateError;
+  const Eigen::Map<const Vector> all(powers.data(), static_cast<Index>(powers.size()));
+  const double count = static_cast<double>(all.size());
+  return std::sqrt((all.array() - all.mean()).square().sum() / (count * (count - 1)));
+}
+
+}  // namespace
+
+std::string to_string(FloorSource source) {
+  switch (source) {
+    case FloorSource::repeats: return "repeats of one drive";
+    case FloorSource::noise_std: return "noise_std of the record set";
+    default: return "estimated from the quiet end of the spectrum";
+  }
+}
+
+std::vector<Measured> merge_repeats(const RecordSet& set) {
+  std::vector<Measured> merged;
+  for (const Repeats& group : groups_of(set)) {
+    check_repeats(group);
+    const Record& first = *group.front();
+    Measured measured{group.size() > 1 ? first.repeat_of : first.file, first.role, first.signal,
+                      static_cast<Index>(group.size()), Vector(first.signal.y.rows())};
+    measured.signal.u = mean_of(group, &Signal::u);
+    measured.signal.y = mean_of(group, &Signal::y);
+    measured.signal.skip = skip_of(group);
+    for (Index i = 0; i < measured.quantum.size(); ++i) measured.quantum(i) = lattice_step(first.signal.y.row(i));
+    merged.push_back(std::move(measured));
+  }
+  return merged;
+}
+
+NoiseFloor noise_floor(const RecordSet& set) {
+  const std::vector<Channel>& outputs = set.records.front().signal.outputs;
+  const Index p = static_cast<Index>(outputs.size());
+  NoiseFloor floor;
+  Vector within = Vector::Zero(p);
+  const std::vector<Repeats> groups = groups_of(set);
+  for (const Repeats& group : groups) {
+    if (group.size() < 2) continue;
+    check_repeats(group);
+    const std::vector<Matrix> noise = noise_of(group);
+    for (const Matrix& own : noise) {
+      within += own.rowwise().squaredNorm();
+      floor.colour = std::max(floor.colour, colour_of(own));
+    }
+    floor.degrees += static_cast<Index>(group.size() - 1) * noise.front().cols();
+  }
+  if (floor.degrees > 0) {
+    floor.source = FloorSource::repeats;
+    floor.std = (within / static_cast<double>(floor.degrees)).cwiseSqrt();
+  } else if (!set.noise_std.empty()) {
+    floor.source = FloorSource::noise_std;
+    floor.std.resize(p);
+    for (Index i = 0; i < p; ++i) {
+      const auto found = set.noise_std.find(outputs[static_cast<std::size_t>(i)].name);
+      if (found == set.noise_std.end())
+        throw UserError(fmt::format("noise_std: expected a value for every output, found none for \"{}\"",
+                                    outputs[static_cast<std::size_t>(i)].name));
+      floor.std(i) = found->second;
+    }
+  } else {
+    Vector power = Vector::Zero(p);
+    for (const Record& record : set.records) {
+      const Index kept = record.signal.samples() - record.signal.skip;
+      power += static_cast<double>(kept) * quiet_end(record.signal.y.rightCols(kept)).cwiseAbs2();
+      floor.degrees += kept;
+    }
+    floor.std = (power / static_cast<double>(floor.degrees)).cwiseSqrt();
+    floor.power_error = kEstimateError;
+  }
+  for (Index i = 0; i < p; ++i)
+    if (!(floor.std(i) > 0) || !std::isfinite(floor.std(i)))
+      throw UserError(
+          fmt::format("output \"{}\": no noise floor can be told ({}): the channel is constant, or the same "
+                      "in every repeat to the last digit; give its noise_std in the record set",
+                      outputs[static_cast<std::size_t>(i)].name, to_string(floor.source)));
+  if (floor.source == FloorSource::repeats) floor.power_error = error_of_power(groups, floor.std);
+  return floor;
+}
+
+double lattice_step(ConstVectorRef values) {
+  std::vector<double> sorted(values.begin(), values.end());
+  std::sort(sorted.begin(), sorted.end());
+  if (sorted.empty()) return 0;
+  // Readings that were equal are equal in a file up to their last digits.
+  const double equal = 1e-9 * std::max(std::abs(sorted.front()), std::abs(sorted.back()));
+  std::vector<double> levels = {sorted.front()};
+  double step = std::numeric_limits<double>::infinity();
+  for (const double value : sorted) {
+    if (value - levels.back() <= equal) continue;
+    step = std::min(step, value - levels.back());
+    levels.push_back(value);
+  }
+  if (levels.size() < 3 || static_cast<double>(sorted.size()) < kMeetings * static_cast<double>(levels.size()))
+    return 0;
+  // The smallest difference knows few digits of the step; counted out over a growing range it gets more.
+  for (const double level : levels) {
+    const double count = std::round((level - levels.front()) / step);
+    if (count > 0) step = (level - levels.front()) / count;
+  }
+  for (const double level : levels) {
+    const double place = (level - levels.front()) / step;
+    if (std::abs(place - std::round(place)) > kOnLattice + 1e-6 * place) return 0;
+  }
+  return step;
+}
+
+}  // namespace wheelhop

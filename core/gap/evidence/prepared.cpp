@@ -1,0 +1,73 @@
+#include "core/gap/evidence/prepared.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/status.hpp"
+#include "core/gap/evidence/closure.hpp"
+#include "core/gap/evidence/profile.hpp"
+
+namespace wheelhop {
+namespace {
+
+constexpr Index kNoiseBands = 40;  // of GapData::noise_shares
+
+}  // namespace
+
+GapStage stage_of(const GapData& data, const PlantFit& run) {
+  GapStage stage;
+  const Index p = run.plant.sensor_count();
+  Vector error_power = Vector::Zero(p), power = error_power;
+  double squares = 0, count = 0;
+  std::vector<double> blocks;
+  for (std::size_t i = 0; i < run.error.size(); ++i) {
+    const FitRecord& record = data.held_out[i];
+    const Index kept = record.y.cols() - judged_from(record, data.block);
+    const Matrix error = run.error[i].rightCols(kept);
+    error_power += error.rowwise().squaredNorm();
+    power += record.y.rightCols(kept).rowwise().squaredNorm();
+    const Matrix r = record.weight_std.cwiseInverse().asDiagonal() * error;
+    squares += r.squaredNorm();
+    count += static_cast<double>(r.size());
+    const Vector own = block_misfits(r, data.block);
+    blocks.insert(blocks.end(), own.begin(), own.end());
+  }
+  stage.blocks = Eigen::Map<Vector>(blocks.data(), static_cast<Index>(blocks.size()));
+  stage.misfit = squares / count;
+  for (Index i = 0; i < p; ++i) stage.nrmse.push_back(std::sqrt(error_power(i) / power(i)));
+  return stage;
+}
+
+GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& floor, double block_s) {
+  GapData data;
+  data.block = std::max<Index>(1, std::llround(block_s * set.sampling_hz));
+  bool moved = false;
+  for (const Measured& measured : merge_repeats(set)) {
+    const Matrix& u = measured.signal.u;
+    if (measured.role == "estimation") moved = moved || !(u.colwise() - u.col(0)).isZero(0);
+    FitRecord record = fit_record(plant, measured.signal, floor.std / std::sqrt(static_cast<double>(measured.repeats)));
+    record.quantum = measured.quantum;
+    if (record.y.cols() < record.skip + 4 * data.block)
+      throw UserError(fmt::format("{}: expected at least {:g} s to diagnose, found {:g} s", measured.name,
+                                  static_cast<double>(record.skip + 4 * data.block) / set.sampling_hz,
+                                  static_cast<double>(record.y.cols()) / set.sampling_hz));
+    record.skip = fitted_from(record, data.block);
+    data.samples += static_cast<double>(record.y.rows() * (record.y.cols() - record.skip));
+    (measured.role == "validation" ? data.held_out : data.fitted).push_back(std::move(record));
+  }
+  if (data.fitted.empty()) throw UserError("expected a record with the role \"estimation\"");
+  if (!moved)
+    throw UserError(
+        "the drive is constant in every record of the role \"estimation\": expected one that moves the plant");
+  data.apart = !data.held_out.empty();
+  std::vector<double> edges_hz;
+  for (Index b = 0; b <= kNoiseBands; ++b)
+    edges_hz.push_back(0.5 * set.sampling_hz * static_cast<double>(b) / static_cast<double>(kNoiseBands));
+  data.noise_shares = noise_shares(set, edges_hz);
+  if (!data.apart) data.held_out = data.fitted;
+  return data;
+}
+
+}  // namespace wheelhop

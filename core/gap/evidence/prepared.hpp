@@ -1,0 +1,29 @@
+/// \file
+/// The records of a diagnosis, made ready for thousands of simulations.
+#pragma once
+
+#include <vector>
+
+#include "core/gap/evidence/noise_floor.hpp"
+#include "core/gap/verdict/evidence.hpp"
+#include "core/greybox/plant_fit.hpp"
+
+namespace wheelhop {
+
+/// The records of a set, made ready: repeats merged, outputs to be divided by the noise floor of their mean.
+struct GapData {
+  std::vector<FitRecord> fitted;    ///< of the role "estimation"
+  std::vector<FitRecord> held_out;  ///< of the role "validation": effects are compared and scored on these as well
+  bool apart = true;                ///< false: there is no validation record, and the fitted ones stand for it
+  Index block = 1;                  ///< samples of a block of the bootstrap
+  Matrix noise_shares;              ///< p x bands of equal width, as `noise_shares`; empty: the noise counts as white
+  double samples = 0;  ///< p N summed over all records, skipped samples left out: chi2 of a plant at the floor
+};
+
+/// UserError if a record is shorter than four blocks, or none has the role "estimation", or no drive of these moves.
+GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& floor, double block_s);
+
+/// What a plant leaves of the held-out records, from `judged_from` on. @param run of fit_plant over them
+GapStage stage_of(const GapData& data, const PlantFit& run);
+
+}  // namespace wheelhop

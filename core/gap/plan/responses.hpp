@@ -1,0 +1,50 @@
+/// \file
+/// What the outputs of a plant tell under given drives, before anything is measured: how they move, in units of the
+/// noise, with every parameter, initial state and effect, and what is left of an effect once parameters have followed.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/gap/which/effect.hpp"
+
+namespace wheelhop {
+
+/// Products of the columns [tolerance parameters, initial states of each record, effects at typical size].
+struct Responses {
+  Status status = Status::ok;
+  std::string message;
+  std::vector<Matrix> gram;  ///< one a sensor, columns x columns: c_i'c_j over the scored samples, in noise units
+  Vector precision;          ///< of the priors, one a parameter and initial state
+  Index parameters = 0;      ///< how many of the columns are tolerance parameters
+  std::vector<char> ran;     ///< a candidate; 0 where it leaves its domain under the drive
+  Index samples = 0;         ///< scored, a sensor
+};
+
+/// Free run of the plant from equilibrium: y of the records is filled.
+/// @param state_rms 2n, how far each state moves; kept above zero   @param start 2n a record
+/// Status as `simulate`; the message names the law and the time.
+Status nominal_outputs(const Plant& plant, std::vector<FitRecord>& records, Vector& state_rms,
+                       std::vector<Vector>& start, std::string& message);
+
+/// The plant itself is the truth: the residual of fit problems is zero, their Jacobian and the change that each
+/// candidate makes are what the drives can show.
+/// @param records drives and `weight_std` (p, noise of the mean of the repeats); y is not read
+/// Status: outside_domain if the plant itself cannot follow the drives. Cost: one simulation of every record for each
+/// parameter, initial state and candidate, shared out over the threads; memory: the columns of one record.
+Responses responses(const Plant& plant, const std::vector<EffectCandidate>& candidates, std::vector<FitRecord> records);
+
+struct Visibility {
+  Vector size;              ///< a candidate: RMS of what is left, in noise units; NaN where it did not run
+  Matrix cosine;            ///< between what is left of every two candidates; 0 where nothing is left
+  Vector parameter_std;     ///< posterior, in tolerances: 1 is no better than before the test
+  Matrix parameter_cosine;  ///< correlation of the posterior
+};
+
+/// Products of effects in the metric (I + J P^-1 J')^-1, J the parameters and initial states with prior precision P:
+/// <a, b> = a'b - a'J (J'J + P)^-1 J'b. What parameters can do inside their tolerances does not count.
+/// @param sensors that are read, indices into gram   @param power factor on the squares: R for the mean of R times as
+/// many repeats   @param divisor number of sensors that RMS values are taken over, so that a further sensor adds
+Visibility visibility(const Responses& responses, const std::vector<Index>& sensors, double power, Index divisor);
+
+}  // namespace wheelhop

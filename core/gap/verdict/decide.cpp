@@ -1,0 +1,400 @@
+#include "core/gap/verdict/decide.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "core/gap/verdict/posterior.hpp"
+#include "core/gap/verdict/scales.hpp"
+
+namespace wheelhop {
+namespace {
+
+/// A sensor, an actuator or the clock: no force of the plant.
+bool is_path(const std::string& location) {
+  return location.starts_with("sensor:") || location == "actuator" || location.starts_with("actuator:") ||
+         location == "timebase";
+}
+
+/// What is being decided on.
+struct Case {
+  const Evidence& evidence;
+  const Thresholds& thresholds;
+};
+
+std::vector<LocationProbability> locations_by(const Case& c, const std::vector<RankedCandidate>& ranked) {
+  std::vector<std::pair<std::string, double>> speaking;
+  for (const RankedCandidate& own : ranked) speaking.emplace_back(own.location, own.probability);
+  return locations_of(speaking, c.thresholds.limit);
+}
+
+/// Tells the candidates that are probable enough beside those named.
+void add_ambiguous(const Case& c, const std::vector<RankedCandidate>& ranked, Verdict& verdict) {
+  for (const RankedCandidate& own : ranked)
+    if (own.probability > c.thresholds.considered &&
+        std::find(verdict.named.begin(), verdict.named.end(), own.name()) == verdict.named.end())
+      verdict.ambiguous_with.push_back(own.name());
+}
+
+/// One effect of a candidate as a suspect.
+Suspect suspect_of(const CandidateEvidence& candidate, const EffectEvidence& effect, double probability) {
+  return {effect.effect,          effect.location,   effect.form,      probability,
+          candidate.stage.misfit, candidate.closure, effect.parameters};
+}
+
+// --- parameters ---------------------------------------------------------------------------------------------------
+
+/// The answer is a parameter, free of its tolerance.
+Verdict name_parameter(const Case& c, const RankedCandidate& ranked) {
+  const FreedEvidence& freed = c.evidence.freed[ranked.index];
+  Verdict verdict;
+  verdict.answer = Parameters{ranked.index};
+  verdict.named = {ranked.name()};
+  verdict.suspects = {{ranked.effect,
+                       ranked.location,
+                       "",
+                       ranked.probability,
+                       freed.stage.misfit,
+                       freed.closure_of_delivered,
+                       {freed.fitted}}};
+  return verdict;
+}
+
+/// A parameter that was most probable and does not explain the gap: what is left of it among the suspects.
+Verdict refuted_parameter(const Case& c, const RankedCandidate& ranked) {
+  Verdict verdict = name_parameter(c, ranked);
+  verdict.suspects.front().probability *= 1 - c.thresholds.held;
+  verdict.suspects.front().closure = c.evidence.freed[ranked.index].closure_of_retuned;
+  const std::string out = others_out(c.evidence, c.evidence.freed[ranked.index], c.thresholds);
+  if (!out.empty()) verdict.message = ranked.effect + " at " + ranked.location + " would need " + out + " as well";
+  return verdict;
+}
+
+/// Row 1a: one parameter inside its tolerance, where all others are nearer still, makes the gap as delivered.
+bool one_stands_out(const Case& c, Verdict& verdict) {
+  const Evidence& e = c.evidence;
+  if (e.delivered_chi2 - e.retuned_chi2 < c.thresholds.notice * e.noise.colour) return false;
+  const auto count = static_cast<Index>(e.tolerances.size());
+  if (count == 0 || e.tolerance_covariance.rows() < count) return false;
+  Vector theta(count);
+  for (Index i = 0; i < count; ++i) theta(i) = e.tolerances[static_cast<std::size_t>(i)].theta;
+  const Vector p = standing_out(theta, e.tolerance_covariance, e.noise.colour, c.thresholds);
+  Index most = 0;
+  if (p.maxCoeff(&most) < c.thresholds.stands_out) return false;
+  const auto freed = std::find_if(e.freed.begin(), e.freed.end(), [&](const FreedEvidence& own) {
+    return own.tolerance == static_cast<std::size_t>(most);
+  });
+  if (freed == e.freed.end()) return false;
+  RankedCandidate ranked =
+      unranked(*freed, static_cast<std::size_t>(freed - e.freed.begin()), e.tolerances, c.thresholds);
+  ranked.probability = p(most);
+  if (!parameter_explains(e, *freed, c.thresholds)) return false;
+  verdict = name_parameter(c, ranked);
+  verdict.message = fmt::format("{} is {:+.1f} tolerances off, and the others lie nearer to what the plant file says",
+                                freed->fitted.name, theta(most));
+  std::vector<RankedCandidate> all;
+  for (std::size_t i = 0; i < e.tolerances.size(); ++i) {
+    all.push_back({e.tolerances[i].effect, e.tolerances[i].location});
+    all.back().probability = p(static_cast<Index>(i));
+  }
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.probability > b.probability; });
+  verdict.locations = locations_by(c, all);
+  add_ambiguous(c, all, verdict);
+  return true;
+}
+
+// --- effects ------------------------------------------------------------------------------------------------------
+
+/// An answer of effects while it is being weighed.
+struct EffectAnswer {
+  const CandidateEvidence* candidate = nullptr;
+  bool pair = false;
+  std::size_t index = 0;
+  const std::vector<RankedCandidate>* singles = nullptr;
+};
+
+/// What pairs say of locations: each counts for either of its effects. That of the effect named first leads.
+std::vector<LocationProbability> locations_of_pairs(const Case& c, const std::vector<RankedCandidate>& ranked,
+                                                    const std::string& first) {
+  std::vector<std::pair<std::string, double>> speaking;
+  for (const RankedCandidate& own : ranked) {
+    std::set<std::string> places;
+    for (const EffectEvidence& effect : c.evidence.pairs[own.index].effects) places.insert(effect.location);
+    for (const std::string& place : places) speaking.emplace_back(place, own.probability);
+  }
+  std::vector<LocationProbability> locations = locations_of(speaking, c.thresholds.limit);
+  const auto own = std::find_if(locations.begin(), locations.end(),
+                                [&](const auto& place) { return first.ends_with("@" + place.location); });
+  if (own != locations.end()) std::rotate(locations.begin(), own, own + 1);
+  return locations;
+}
+
+/// Names a second effect beside the first, if the best pair is needed.
+void add_second(const Case& c, EffectAnswer& answer, Verdict& verdict) {
+  const Evidence& e = c.evidence;
+  if (e.pairs.empty() || !worth_second(e, *answer.candidate, c.thresholds)) return;
+  const std::vector<RankedCandidate> ranked = ranked_pairs(e, *answer.candidate, c.thresholds);
+  const CandidateEvidence& pair = e.pairs[ranked.front().index];
+  if (!pair_needed(e, pair, answer.candidate->chi2, c.thresholds)) return;
+  for (const double alone : pair.alone_chi2)
+    if (std::isfinite(alone) && !pair_needed(e, pair, alone, c.thresholds)) return;
+  answer.candidate = &pair;
+  answer.pair = true;
+  answer.index = ranked.front().index;
+  verdict.named = {pair.effects[0].name(), pair.effects[1].name()};
+  const auto first = std::find_if(verdict.suspects.begin(), verdict.suspects.end(),
+                                  [&](const Suspect& suspect) { return suspect.name() == verdict.named.front(); });
+  if (first != verdict.suspects.end()) std::rotate(verdict.suspects.begin(), first, first + 1);
+  verdict.locations = locations_of_pairs(c, ranked, verdict.named.front());
+  // A pair stands there in either order, and alone its two effects had shared what they now have together.
+  const auto sure_of = [&](const EffectEvidence& effect) {
+    double sum = 0;
+    for (const RankedCandidate& own : ranked)
+      for (const EffectEvidence& other : e.pairs[own.index].effects)
+        if (other.name() == effect.name()) {
+          sum += own.probability;
+          break;
+        }
+    return std::min(sum, c.thresholds.limit);
+  };
+  Suspect& leading = verdict.suspects.front();
+  leading.probability = std::max(leading.probability, sure_of(pair.effects[0]));
+  verdict.suspects.insert(verdict.suspects.begin() + 1, suspect_of(pair, pair.effects[1], sure_of(pair.effects[1])));
+  add_ambiguous(c, ranked, verdict);
+}
+
+/// Probabilities of effects as often right as they say. What the named ones gain, their rivals lose.
+void calibrate(const Case& c, Verdict& verdict) {
+  const Thresholds& t = c.thresholds;
+  double before = 0, after = 0;
+  for (Suspect& suspect : verdict.suspects) {
+    if (std::find(verdict.named.begin(), verdict.named.end(), suspect.name()) == verdict.named.end()) {
+      suspect.probability *= (1 - after) / std::max(1 - before, 1 - t.limit);
+      continue;
+    }
+    const double p = std::clamp(suspect.probability, 1 - t.limit, t.limit);
+    const double odds = std::exp(t.calibration_shift) * std::pow(p / (1 - p), t.calibration_slope);
+    suspect.probability = std::min(odds / (1 + odds), t.surest);
+    before = std::max(before, p);
+    after = std::max(after, suspect.probability);
+  }
+}
+
+/// "NAME 0.13, usually 0.001 to 0.03" of a size that its name does not stand for, or nothing.
+std::string odd_size(const Case& c, const EffectEvidence& effect) {
+  for (const DefiningSize& size : effect.defining)
+    if (size.z > c.thresholds.odd_size)
+      return fmt::format("{} {:.2g}, usually {:g} to {:g}", size.parameter, size.value, size.low, size.high);
+  return "";
+}
+
+/// Takes from the probabilities what the answer leaves unexplained. One that explains too little, from the wrong place
+/// or by absurd sizes is withdrawn.
+Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
+  const Evidence& e = c.evidence;
+  const Thresholds& t = c.thresholds;
+  const double remains = answer.candidate->chi2 - e.samples;
+  const double explained = (e.retuned_chi2 - answer.candidate->chi2) / std::max(e.retuned_chi2 - e.samples, 1.0);
+  const double held = t.held - t.held_slope * std::max(t.held - explained, 0.0);
+  for (Suspect& suspect : verdict.suspects) suspect.probability *= std::max(held, 0.0);
+  const EffectEvidence& last = answer.candidate->last();
+  // What explains the gap, or a part of it, from a place at which no signal would explain the rest is a mask.
+  const bool misplaced =
+      !answer.pair && remains > t.notice * e.noise.colour &&
+      leftover_ratio(e.places, last.location) > (explained < t.explains_well ? t.elsewhere : t.far_elsewhere);
+  const std::string odd = answer.pair ? "" : odd_size(c, last);
+  // Held-out records that never reach the effect have no gap that could be closed.
+  const bool reached = e.retuned.misfit > 1 + t.too_small;
+  const double too_little = is_path(last.location) ? t.explains_well : t.surely_not;
+  const bool unexplained =
+      explained < t.explains || (reached && explained < t.explains_well && answer.candidate->closure.high < too_little);
+  if (!unexplained && !misplaced && odd.empty()) {
+    verdict.row = "3d";
+    verdict.why = answer.pair ? "the most probable effect, and a second one beside it" : "the most probable effect";
+    return verdict;
+  }
+  const std::vector<LocationProbability> by_effects = verdict.locations;
+  // Noise rounds differently each time: a converter that is simulated without it explains a part of its error alone.
+  const Index lattice = answer.singles->front().effect == "quantisation" ? rounding_seen(e, t) : -1;
+  if (lattice >= 0) {
+    verdict = decide_rounding(e, t, static_cast<std::size_t>(lattice), std::move(verdict));
+    verdict.row = "3b";
+  } else {
+    verdict = decide_place(e, t, std::move(verdict));
+    verdict.row = "3c, " + verdict.row;
+  }
+  if (misplaced)
+    for (Suspect& suspect : verdict.suspects) suspect.probability *= 1 - t.held;
+  if (odd.empty()) return verdict;
+  verdict.message = "it acts as " + last.effect + " would with " + odd;
+  verdict.suspects.front().probability *= 1 - t.held;
+  if (!(explained > t.explains_well)) return verdict;
+  verdict.answer = AtPlace{};  // a law there does it, whatever its name
+  verdict.row = "3a";
+  verdict.why = "an effect explains the gap by a size that is not its own";
+  verdict.locations = by_effects;
+  verdict.named = {"unknown@" + last.location};
+  return verdict;
+}
+
+/// Names the parameters that are wrong beside the effects, as far as each speaks for itself.
+void add_parameters_beside(const Case& c, Verdict& verdict) {
+  Effects& effects = std::get<Effects>(verdict.answer);
+  const CandidateEvidence& candidate = candidate_of(c.evidence, effects);
+  std::size_t place = candidate.effects.size();
+  for (const FreedEvidence& freed : candidate.freed) {
+    const double odds = log_odds_beside(c.evidence, candidate, effects.freed, c.thresholds);
+    if (!(odds > 0)) return;
+    const ToleranceEvidence& own = c.evidence.tolerances[freed.tolerance];
+    Suspect suspect{own.effect,
+                    own.location,
+                    "",
+                    std::min(1 / (1 + std::exp(-odds)), c.thresholds.surest),
+                    freed.stage.misfit,
+                    freed.closure_of_retuned,
+                    {freed.fitted}};
+    verdict.named.push_back(suspect.name());
+    std::erase(verdict.ambiguous_with, suspect.name());
+    verdict.suspects.insert(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(place++), std::move(suspect));
+    ++effects.freed;
+  }
+}
+
+/// Row 3.
+Verdict decide_effects(const Case& c, const std::vector<RankedCandidate>& ranked) {
+  Verdict verdict;
+  EffectAnswer answer;
+  answer.singles = &ranked;
+  for (const RankedCandidate& own : ranked) {
+    if (own.is_parameter) continue;
+    const CandidateEvidence& single = c.evidence.singles[own.index];
+    if (answer.candidate == nullptr) {
+      answer.candidate = &single;
+      answer.index = own.index;
+      verdict.named = {own.name()};
+    }
+    verdict.suspects.push_back(suspect_of(single, single.last(), own.probability));
+  }
+  verdict.locations = locations_by(c, ranked);
+  add_second(c, answer, verdict);
+  if (!answer.pair) add_ambiguous(c, ranked, verdict);
+  verdict.answer = Effects{answer.pair, answer.index, 0};
+  for (std::size_t i = 0; i < answer.candidate->effects.size(); ++i)
+    verdict.suspects[i].parameters = answer.candidate->effects[i].parameters;
+  verdict = doubted(c, answer, std::move(verdict));
+  if (!is<Effects>(verdict)) return verdict;
+  calibrate(c, verdict);
+  add_parameters_beside(c, verdict);
+  if (std::get<Effects>(verdict.answer).freed > 0) {
+    verdict.row = "3e";
+    verdict.why = "the most probable effect, and a wrong parameter beside it";
+  }
+  return verdict;
+}
+
+}  // namespace
+
+std::vector<LocationProbability> locations_of(const std::vector<std::pair<std::string, double>>& speaking,
+                                              double limit) {
+  std::map<std::string, double> sums;
+  for (const auto& [location, probability] : speaking) sums[location] += probability;
+  std::vector<LocationProbability> list;
+  for (const auto& [location, sum] : sums) list.push_back({location, std::min(sum, limit)});
+  std::stable_sort(list.begin(), list.end(),
+                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
+  return list;
+}
+
+Index rounding_seen(const Evidence& evidence, const Thresholds& thresholds) {
+  for (std::size_t i = 0; i < evidence.lattices.size(); ++i)
+    if (evidence.lattices[i].noise_share > thresholds.rounded) return static_cast<Index>(i);
+  return -1;
+}
+
+Verdict decide_rounding(const Evidence& evidence, const Thresholds& thresholds, std::size_t lattice, Verdict verdict) {
+  const LatticeEvidence& own = evidence.lattices[lattice];
+  const std::string location = "sensor:" + own.channel;
+  verdict.answer = Rounding{lattice};
+  verdict.row = "1b";
+  verdict.why = "a converter's rounding makes much of the noise floor";
+  verdict.ambiguous_with.clear();
+  verdict.named = {"quantisation@" + location};
+  verdict.locations = {{location, thresholds.rounding_seen}};
+  verdict.suspects = {{"quantisation",
+                       location,
+                       "rounding",
+                       thresholds.rounding_seen,
+                       evidence.retuned.misfit,
+                       {},
+                       {{location + ".quantum", own.step, 0}}}};
+  return verdict;
+}
+
+namespace {
+
+/// Rows 1 to 4.
+Verdict decide_gap(const Evidence& evidence, const Thresholds& thresholds) {
+  const Case c{evidence, thresholds};
+  Verdict verdict;
+  Contest contest = contest_of(evidence, thresholds);
+  const bool small = gap_left(evidence) <= thresholds.too_small;
+  if (!contest.effect_seen && !contest.parameter_seen) {
+    if (small && one_stands_out(c, verdict)) {
+      verdict.row = "1a";
+      verdict.why = "one parameter is off, and all others are nearer to their values";
+      return verdict;
+    }
+    if (const Index lattice = rounding_seen(evidence, thresholds); lattice >= 0)
+      return decide_rounding(evidence, thresholds, static_cast<std::size_t>(lattice), std::move(verdict));
+    if (small) {
+      verdict.answer = NoGap{};
+      verdict.row = "1c";
+      verdict.why = "nothing gains more than chance does";
+      return verdict;
+    }
+    verdict = decide_place(evidence, thresholds, std::move(verdict));
+    verdict.row = "1d, " + verdict.row;
+    return verdict;
+  }
+  if (contest.ranked.front().is_parameter) {
+    const RankedCandidate first = contest.ranked.front();
+    if (parameter_explains(evidence, evidence.freed[first.index], thresholds)) {
+      verdict = name_parameter(c, first);
+      verdict.row = "2a";
+      verdict.why = "one parameter outside its tolerance explains the gap";
+      verdict.locations = locations_by(c, contest.ranked);
+      add_ambiguous(c, contest.ranked, verdict);
+      return verdict;
+    }
+    contest = contest_of_closing_effects(evidence, contest, thresholds);
+    if (contest.ranked.empty()) {
+      verdict = decide_place(evidence, thresholds, refuted_parameter(c, first));
+      verdict.row = "2b, " + verdict.row;
+      return verdict;
+    }
+  }
+  return decide_effects(c, contest.ranked);
+}
+
+}  // namespace
+
+Verdict decide(const Evidence& evidence, const Thresholds& thresholds) {
+  Verdict verdict;
+  if (!evidence.cannot_follow.empty()) {
+    verdict.answer = Insufficient{};
+    verdict.row = "0";
+    verdict.why = "the plant cannot follow the drives";
+    verdict.message = evidence.cannot_follow;
+    return verdict;
+  }
+  verdict = decide_gap(evidence, thresholds);
+  if (!is_place(verdict) && !is<Insufficient>(verdict)) return verdict;
+  const std::string scales = scale_message(evidence.wrong_scales, evidence.channels);
+  if (!scales.empty()) verdict.message = scales + (verdict.message.empty() ? "" : "; " + verdict.message);
+  return verdict;
+}
+
+}  // namespace wheelhop

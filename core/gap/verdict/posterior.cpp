@@ -1,0 +1,243 @@
+#include "core/gap/verdict/posterior.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace wheelhop {
+namespace {
+
+constexpr double kWrong = 3;  // tolerances by which a wrong parameter is off, of `standing_out`
+constexpr std::array<double, 7> kNearer = {0.1, 0.15, 0.22, 0.33, 0.5, 0.7, 1};  // s of it, each as probable
+constexpr double kLeastLeftover = 1e-3;  // of the noise: below it nothing is left
+
+double log_mean_exp(const Vector& x) {
+  const double most = x.maxCoeff();
+  return most + std::log((x.array() - most).exp().mean());
+}
+
+/// True of a single that closes the gap by itself.
+bool closes(const Evidence& evidence, double chi2, const Thresholds& thresholds) {
+  return !(chi2 > (1 + thresholds.too_small) * evidence.samples);
+}
+
+/// Parameters join the contest if nothing else can, or if re-tuning stopped at its end: one that is free inside its
+/// tolerance, and a wide one, would have been tuned to the floor.
+bool parameters_alone(const Evidence& evidence, const Thresholds& thresholds) {
+  return gap_left(evidence) <= thresholds.too_small || evidence.singles.empty();
+}
+
+}  // namespace
+
+Vector leave_prior_out_z(ConstVectorRef theta, ConstMatrixRef covariance) {
+  Vector z(theta.size());
+  for (Index i = 0; i < z.size(); ++i) {
+    const double left = std::max(1 - covariance(i, i), 1e-6);
+    z(i) = theta(i) / left / std::sqrt(covariance(i, i) / left + 1);
+  }
+  return z;
+}
+
+Vector standing_out(ConstVectorRef theta, ConstMatrixRef covariance, double colour, const Thresholds& thresholds) {
+  const Index count = theta.size();
+  // The posterior's precision is what the data tell and the tolerances' own, 1.
+  const Matrix precision = covariance.topLeftCorner(count, count).inverse();
+  const Matrix told = (precision - Matrix::Identity(count, count)) / colour;
+  const Vector pull = precision * theta / colour;
+  const auto log_evidence = [&](Index wrong) {
+    Vector of_scales(static_cast<Index>(kNearer.size()));
+    for (Index i = 0; i < of_scales.size(); ++i) {
+      Vector std = Vector::Constant(count, kNearer[static_cast<std::size_t>(i)]);
+      if (wrong >= 0) std(wrong) = kWrong;
+      const Matrix scaled = std.asDiagonal() * told * std.asDiagonal();
+      const Eigen::LLT<Matrix> llt(Matrix::Identity(count, count) + scaled);
+      const Vector pulled = std.cwiseProduct(pull);
+      of_scales(i) = 0.5 * pulled.dot(llt.solve(pulled)) - llt.matrixLLT().diagonal().array().log().sum();
+    }
+    return log_mean_exp(of_scales);
+  };
+  Vector log_p(count + 1);  // the last one: none
+  for (Index i = 0; i < count; ++i)
+    log_p(i) = log_evidence(i) + std::log(thresholds.one_wrong / static_cast<double>(count));
+  log_p(count) = log_evidence(-1) + std::log(1 - thresholds.one_wrong);
+  const Vector p = (log_p.array() - log_p.maxCoeff()).exp();
+  return (p.head(count) / p.sum()).cwiseMin(thresholds.limit);
+}
+
+std::vector<RankedCandidate> unranked(const std::vector<CandidateEvidence>& candidates, const Thresholds& thresholds) {
+  std::vector<RankedCandidate> list;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const CandidateEvidence& own = candidates[i];
+    list.push_back({own.last().effect, own.last().location, i, false, own.chi2, own.prior_chi2,
+                    own.log_plausibility - thresholds.occam * static_cast<double>(own.parameters)});
+  }
+  return list;
+}
+
+RankedCandidate unranked(const FreedEvidence& freed, std::size_t index,
+                         const std::vector<ToleranceEvidence>& tolerances, const Thresholds& thresholds) {
+  const ToleranceEvidence& own = tolerances[freed.tolerance];
+  return {own.effect,
+          own.location,
+          index,
+          true,
+          freed.chi2,
+          freed.prior_chi2,
+          -thresholds.occam * static_cast<double>(tolerances.size())};
+}
+
+namespace {
+
+/// How much of a difference of chi2 means nothing.
+double temperature_of(const Weighing& weighing, double best, const Thresholds& thresholds) {
+  return weighing.colour + thresholds.of_gap * std::max(weighing.gap, 0.0) +
+         thresholds.of_remains * std::max(best - (1 + thresholds.floor_error) * weighing.floor_chi2, 0.0);
+}
+
+}  // namespace
+
+void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Thresholds& thresholds) {
+  if (list.empty()) return;
+  double best = list.front().chi2, sum = 0;
+  for (const RankedCandidate& own : list) best = std::min(best, own.chi2);
+  const double temperature = temperature_of(weighing, best, thresholds);
+  const auto log_odds = [&](const RankedCandidate& own) {
+    return -(own.chi2 - own.prior_chi2 - best) / (2 * temperature) - own.prior_chi2 / (2 * std::sqrt(temperature)) +
+           own.log_prior;
+  };
+  std::stable_sort(list.begin(), list.end(),
+                   [&](const RankedCandidate& a, const RankedCandidate& b) { return log_odds(a) > log_odds(b); });
+  std::vector<RankedCandidate> distinct;
+  for (RankedCandidate& own : list) {
+    const auto same = [&](const RankedCandidate& other) { return other.name() == own.name(); };
+    if (std::any_of(distinct.begin(), distinct.end(), same)) continue;
+    own.probability = std::exp(log_odds(own) - log_odds(distinct.empty() ? own : distinct.front()));
+    sum += own.probability;
+    distinct.push_back(std::move(own));
+  }
+  for (RankedCandidate& own : distinct) own.probability = std::min(own.probability / sum, thresholds.limit);
+  list = std::move(distinct);
+}
+
+Vector probabilities_by_leftover(ConstVectorRef left, Index blocks, double limit) {
+  if (left.size() == 0) return {};
+  const double best = left.minCoeff(), exponent = -0.5 * static_cast<double>(blocks);
+  const Vector p = (exponent * (left / best).array().log()).exp();
+  return (p / p.sum()).cwiseMin(limit);
+}
+
+double leftover_ratio(const std::vector<PlaceLeftover>& places, const std::string& location) {
+  const auto matches = [&](const std::string& entry) {
+    return entry == location || entry == kGuide + location ||
+           (location == "timebase" && entry.starts_with("actuator"));  // the drive's clock enters with the drive
+  };
+  for (const PlaceLeftover& place : places)
+    if (matches(place.location) || std::any_of(place.same.begin(), place.same.end(), matches))
+      return place.leftover / std::max(places.front().leftover, kLeastLeftover);
+  return 1;
+}
+
+double gap_left(const Evidence& evidence) { return evidence.retuned_chi2 / evidence.samples - 1; }
+
+Contest contest_of(const Evidence& evidence, const Thresholds& thresholds) {
+  Contest contest;
+  const double notice = thresholds.notice * evidence.noise.colour;
+  contest.ranked = unranked(evidence.singles, thresholds);
+  for (RankedCandidate& own : contest.ranked) {
+    own.log_prior -= thresholds.place_weight * std::log(std::max(leftover_ratio(evidence.places, own.location), 1.0));
+    contest.effect_seen = contest.effect_seen || evidence.retuned_chi2 - own.chi2 > notice;
+  }
+  const bool alone = parameters_alone(evidence, thresholds);
+  for (std::size_t i = 0; i < evidence.freed.size(); ++i) {
+    const FreedEvidence& freed = evidence.freed[i];
+    if (!alone && !(evidence.retuned_stopped && closes(evidence, freed.chi2, thresholds))) continue;
+    const double of_priors = evidence.retuned_prior_chi2 - freed.prior_chi2;
+    const double fall = of_priors + (evidence.retuned_chi2 - freed.chi2 - of_priors) / evidence.noise.colour;
+    contest.parameter_seen =
+        contest.parameter_seen || fall >= thresholds.out_of_tolerance * thresholds.out_of_tolerance;
+    contest.ranked.push_back(unranked(freed, i, evidence.tolerances, thresholds));
+  }
+  double best = evidence.retuned_chi2;
+  for (const RankedCandidate& own : contest.ranked) best = std::min(best, own.chi2);
+  contest.weighing = {evidence.noise.colour, evidence.retuned_chi2 - best, evidence.samples};
+  rank(contest.ranked, contest.weighing, thresholds);
+  return contest;
+}
+
+Contest contest_of_closing_effects(const Evidence& evidence, const Contest& all, const Thresholds& thresholds) {
+  Contest contest = all;
+  std::erase_if(contest.ranked, [&](const RankedCandidate& own) {
+    return own.is_parameter || !closes(evidence, own.chi2, thresholds);
+  });
+  rank(contest.ranked, contest.weighing, thresholds);
+  return contest;
+}
+
+bool asks_left_at_place(const Evidence& evidence, const CandidateEvidence& first, const Thresholds& thresholds) {
+  const double gap = evidence.retuned_chi2 - evidence.samples, remains = first.chi2 - evidence.samples;
+  return std::isnan(first.left_at_place) && remains < (1 - thresholds.worth_pair) * gap &&
+         remains > thresholds.notice * evidence.noise.colour && !(remains > thresholds.worth_second * gap) &&
+         !(leftover_ratio(evidence.places, first.last().location) > thresholds.elsewhere);
+}
+
+bool worth_second(const Evidence& evidence, const CandidateEvidence& first, const Thresholds& thresholds) {
+  const double gap = evidence.retuned_chi2 - evidence.samples, remains = first.chi2 - evidence.samples;
+  if (!(remains < (1 - thresholds.worth_pair) * gap && remains > thresholds.notice * evidence.noise.colour))
+    return false;
+  // What enters at another place than the effect's own, although the gap entered there, is worth it however small. Of
+  // an effect that masks a gap from elsewhere the remains lie anywhere.
+  const bool leaves_another = first.left_at_place > thresholds.elsewhere &&
+                              !(leftover_ratio(evidence.places, first.last().location) > thresholds.elsewhere);
+  return remains > thresholds.worth_second * gap || leaves_another;
+}
+
+bool pair_needed(const Evidence& evidence, const CandidateEvidence& pair, double chi2_of_one,
+                 const Thresholds& thresholds) {
+  // At one place a second effect may be no more than what the first one's form does not fit: it has to do better.
+  const bool one_place = pair.effects[0].location == pair.effects[1].location;
+  const double remains = chi2_of_one - evidence.samples;
+  return chi2_of_one - pair.chi2 > std::max((one_place ? thresholds.second_there : thresholds.second) * remains,
+                                            thresholds.notice * evidence.noise.colour);
+}
+
+std::vector<RankedCandidate> ranked_pairs(const Evidence& evidence, const CandidateEvidence& first,
+                                          const Thresholds& thresholds) {
+  std::vector<RankedCandidate> list = unranked(evidence.pairs, thresholds);
+  rank(list, {evidence.noise.colour, first.chi2 - evidence.samples, evidence.samples}, thresholds);
+  return list;
+}
+
+std::string others_out(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds) {
+  const ToleranceEvidence& own = evidence.tolerances[freed.tolerance];
+  std::string list;
+  const auto shapes_it = [&](const std::string& name) {
+    return !own.effect.ends_with("_error") && name.starts_with(own.location + ".");
+  };
+  for (std::size_t i = 0; i < freed.z.size(); ++i)
+    if (i != freed.tolerance && !shapes_it(evidence.tolerances[i].parameter) &&
+        std::abs(freed.z[i]) > thresholds.not_home)
+      list += fmt::format("{}{} ({:+.1f} tolerances)", list.empty() ? "" : ", ", evidence.tolerances[i].parameter,
+                          freed.theta[i]);
+  return list;
+}
+
+double log_odds_beside(const Evidence& evidence, const CandidateEvidence& candidate, std::size_t next,
+                       const Thresholds& thresholds) {
+  const FreedEvidence& freed = candidate.freed[next];
+  const double chi2 = next == 0 ? candidate.chi2 : candidate.freed[next - 1].chi2;
+  const double prior_chi2 = next == 0 ? candidate.prior_chi2 : candidate.freed[next - 1].prior_chi2;
+  const double temperature = temperature_of(
+      {evidence.noise.colour, evidence.retuned_chi2 - freed.chi2, evidence.samples}, freed.chi2, thresholds);
+  const double of_priors = prior_chi2 - freed.prior_chi2;
+  const double fall = of_priors / std::sqrt(temperature) + (chi2 - freed.chi2 - of_priors) / temperature;
+  return 0.5 * (fall - thresholds.out_of_tolerance * thresholds.out_of_tolerance);
+}
+
+bool parameter_explains(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds) {
+  return freed.chi2 < (1 + thresholds.too_small) * evidence.samples && others_out(evidence, freed, thresholds).empty();
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,104 @@
+/// \file
+/// How probable each explanation of one gap is: posterior probabilities of candidates and of wrong parameters.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/gap/verdict/evidence.hpp"
+#include "core/gap/verdict/thresholds.hpp"
+
+namespace wheelhop {
+
+/// Deviations of parameters from their tolerances as the data alone see them: how surprising the prior of each is to
+/// everything else. With the prior left out the posterior is N(theta / (1 - s), s / (1 - s)), s its variance in
+/// tolerances, against a prior of N(0, 1); z^2 is what chi2 falls by if that prior is dropped.
+/// @param theta n, posterior means in tolerances   @param covariance of these, n x n or larger
+Vector leave_prior_out_z(ConstVectorRef theta, ConstMatrixRef covariance);
+
+/// Whether one parameter stands out from the others, which may all lie well inside what their tolerances allow: the
+/// probability of each to be the one that is wrong, theta_k ~ N(0, 3^2), while all others are as near as the tolerances
+/// scaled by a common unknown s in [0.1, 1] say, theta_i ~ N(0, s^2); against none, which has 1 - one_wrong before the
+/// data are seen. By the evidence of the linearised fit, averaged over s (MacKay 1992, Neural Computation 4, 415).
+/// @param theta, covariance as above   @param colour of the noise   @return n, sum < 1
+Vector standing_out(ConstVectorRef theta, ConstMatrixRef covariance, double colour, const Thresholds& thresholds);
+
+/// An explanation beside others: a candidate, or a parameter that is wrong.
+struct RankedCandidate {
+  std::string effect, location;
+  std::size_t index = 0;  ///< in the list it stands for: of singles or pairs, of a parameter in that of the freed ones
+  bool is_parameter = false;
+  double chi2 = 0;
+  double prior_chi2 = 0;  ///< of that, the squared priors of the parameters
+  double log_prior = 0;   ///< log of its prior probability, up to a constant
+  double probability = 0;
+  std::string name() const { return effect + "@" + location; }
+};
+
+/// One a candidate, by the last of its effects. Not yet ranked.
+std::vector<RankedCandidate> unranked(const std::vector<CandidateEvidence>& candidates, const Thresholds& thresholds);
+/// A parameter that is free of its tolerance. @param tolerances of the evidence
+RankedCandidate unranked(const FreedEvidence& freed, std::size_t index,
+                         const std::vector<ToleranceEvidence>& tolerances, const Thresholds& thresholds);
+
+/// What candidates are weighed with.
+struct Weighing {
+  double colour = 1;      ///< of the noise
+  double gap = 0;         ///< chi2 of the plant without these effects, above the floor
+  double floor_chi2 = 0;  ///< number of values
+};
+
+/// Keeps of each effect and place the most probable form, sets the probabilities, and sorts by them: log p = -(r^2 -
+/// best) / (2 T) - z^2 / (2 sqrt(T)) + log prior, chi2 = r^2 + z^2 (residuals and priors), T = colour + of_gap gap +
+/// of_remains (best - (1 + floor_error) floor). No form in a catalogue is that of the rig, so that every one leaves
+/// some share of the gap; T is how much of such a difference means nothing. The parameters' tolerances are what their
+/// owner says, and count for more; but a wrong form bends the parameters too. None is above `limit`.
+void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Thresholds& thresholds);
+
+/// Probabilities by what is left, for explanations whose noise is not known: p_i ~ (J_i / J_best)^(-blocks / 2), the
+/// likelihood of residuals whose size each estimates and of which every block is worth one independent sample.
+/// @param left J_i > 0   @return none above `limit`
+Vector probabilities_by_leftover(ConstVectorRef left, Index blocks, double limit);
+
+/// What an unknown signal at a location leaves, over what it leaves at the best place; 1 where it is not known.
+double leftover_ratio(const std::vector<PlaceLeftover>& places, const std::string& location);
+
+/// Singles and, where it may be so, wrong parameters, ranked.
+struct Contest {
+  std::vector<RankedCandidate> ranked;
+  Weighing weighing;
+  bool effect_seen = false;     ///< a single gains more than chance does
+  bool parameter_seen = false;  ///< chi2 falls by out_of_tolerance^2 once a parameter is free
+};
+Contest contest_of(const Evidence& evidence, const Thresholds& thresholds);
+/// The contest among effects that close the gap by themselves, once no parameter is the answer; may be empty.
+Contest contest_of_closing_effects(const Evidence& evidence, const Contest& all, const Thresholds& thresholds);
+
+/// Gap that is left by the re-tuned plant: reduced chi-square - 1, fitted and held-out records together.
+double gap_left(const Evidence& evidence);
+
+/// Whether what an effect leaves is worth the search for a second one.
+bool worth_second(const Evidence& evidence, const CandidateEvidence& first, const Thresholds& thresholds);
+/// True where that depends on `left_at_place` of the first one, which is not known yet.
+bool asks_left_at_place(const Evidence& evidence, const CandidateEvidence& first, const Thresholds& thresholds);
+/// Whether a pair removes enough of what one effect leaves to be named.
+bool pair_needed(const Evidence& evidence, const CandidateEvidence& pair, double chi2_of_one,
+                 const Thresholds& thresholds);
+/// Pairs, ranked beside the answer with one effect.
+std::vector<RankedCandidate> ranked_pairs(const Evidence& evidence, const CandidateEvidence& first,
+                                          const Thresholds& thresholds);
+
+/// Other parameters that leave their tolerances although that of the freed one is free, as "NAME (-7.4 tolerances)", or
+/// nothing. Where a law's bend is wrong, all that shapes its element bends with it.
+std::string others_out(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds);
+
+/// Log odds that the next parameter set free beside a candidate is wrong: half of what chi2 falls by beyond
+/// out_of_tolerance^2, residuals over the temperature of `rank` and priors over its root, since a form that is not the
+/// rig's bends parameters too. @param next number in the candidate's freed parameters
+double log_odds_beside(const Evidence& evidence, const CandidateEvidence& candidate, std::size_t next,
+                       const Thresholds& thresholds);
+
+/// True if the gap closes with the parameter free, and no other one leaves its tolerance.
+bool parameter_explains(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds);
+
+}  // namespace wheelhop

@@ -1,0 +1,60 @@
+#include "core/gap/verdict/verdict.hpp"
+
+#include <algorithm>
+
+namespace wheelhop {
+
+const CandidateEvidence& candidate_of(const Evidence& evidence, const Effects& effects) {
+  return (effects.pair ? evidence.pairs : evidence.singles)[effects.candidate];
+}
+
+GapStage corrected_stage(const Evidence& evidence, const Verdict& verdict) {
+  if (const auto* effects = std::get_if<Effects>(&verdict.answer)) {
+    const CandidateEvidence& candidate = candidate_of(evidence, *effects);
+    return effects->freed > 0 ? candidate.freed[effects->freed - 1].stage : candidate.stage;
+  }
+  if (const auto* parameters = std::get_if<Parameters>(&verdict.answer)) return evidence.freed[parameters->freed].stage;
+  return evidence.retuned;
+}
+
+Closure closure_of(const Evidence& evidence, const Verdict& verdict) {
+  if (const auto* effects = std::get_if<Effects>(&verdict.answer)) {
+    const CandidateEvidence& candidate = candidate_of(evidence, *effects);
+    return effects->freed > 0 ? candidate.freed[effects->freed - 1].closure_of_retuned : candidate.closure;
+  }
+  if (const auto* parameters = std::get_if<Parameters>(&verdict.answer))
+    return evidence.freed[parameters->freed].closure_of_delivered;
+  return kNothingAdded;
+}
+
+double closure_of_retuning(const Evidence& evidence) {
+  return evidence.delivered.misfit > 1 ? 1 - (evidence.retuned.misfit - 1) / (evidence.delivered.misfit - 1) : kUnknown;
+}
+
+const ToleranceEvidence* most_retuned(const Evidence& evidence) {
+  const auto most = std::max_element(evidence.tolerances.begin(), evidence.tolerances.end(),
+                                     [](const auto& a, const auto& b) { return a.influence < b.influence; });
+  return most == evidence.tolerances.end() ? nullptr : &*most;
+}
+
+std::string outcome_of(const Verdict& verdict) {
+  struct Words {
+    const Verdict& verdict;
+    std::string operator()(const NoGap&) const { return "none"; }
+    std::string operator()(const Parameters&) const {
+      return verdict.suspects.front().effect.ends_with("_error") ? "parameter" : "effect";
+    }
+    std::string operator()(const Effects&) const {
+      if (verdict.named.size() > 1) return "several";
+      return verdict.ambiguous_with.empty() ? "effect" : "ambiguous";
+    }
+    std::string operator()(const Rounding&) const { return "effect"; }
+    std::string operator()(const AtPlace&) const { return "located_not_in_catalogue"; }
+    std::string operator()(const AtTwoPlaces&) const { return "located_not_in_catalogue"; }
+    std::string operator()(const Exogenous&) const { return "exogenous"; }
+    std::string operator()(const Insufficient&) const { return "insufficient"; }
+  };
+  return std::visit(Words{verdict}, verdict.answer);
+}
+
+}  // namespace wheelhop

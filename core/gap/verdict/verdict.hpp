@@ -1,0 +1,90 @@
+/// \file
+/// The verdict of a diagnosis: one answer of eight kinds, and what it rests on.
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/gap/verdict/evidence.hpp"
+
+namespace wheelhop {
+
+/// What the plant leaves is noise, or parameters inside their tolerances explain it.
+struct NoGap {};
+/// One parameter of the plant is wrong.
+struct Parameters {
+  std::size_t freed = 0;  ///< index into Evidence::freed
+};
+/// One or two effects of the catalogue, and parameters that are wrong beside them.
+struct Effects {
+  bool pair = false;
+  std::size_t candidate = 0;  ///< index into Evidence::pairs or ::singles
+  std::size_t freed = 0;      ///< how many of the candidate's freed parameters are named too
+};
+/// A converter's rounding, which no model of the plant takes away.
+struct Rounding {
+  std::size_t lattice = 0;  ///< index into Evidence::lattices
+};
+/// Something that no catalogue holds, at one place.
+struct AtPlace {};
+/// Likewise, at two places at once.
+struct AtTwoPlaces {};
+/// A force from outside: located, but no function of the plant's states.
+struct Exogenous {};
+/// The records do not tell.
+struct Insufficient {};
+
+using Answer = std::variant<NoGap, Parameters, Effects, Rounding, AtPlace, AtTwoPlaces, Exogenous, Insufficient>;
+
+/// An effect or a parameter that was considered in full.
+struct Suspect {
+  std::string effect, location, form;
+  double probability = 0;
+  double misfit = 0;  ///< reduced chi-square, held out
+  Closure closure;    ///< of what re-tuning leaves; of a parameter: of the gap as delivered
+  std::vector<FittedParameter> parameters;
+  std::string name() const { return effect + "@" + location; }
+};
+
+struct LocationProbability {
+  std::string location;
+  double probability = 0;
+};
+
+struct Verdict {
+  Answer answer;
+  std::string row;  ///< of the decision table that gave it, as "4a"
+  std::string why;  ///< that row in words
+  std::string message;
+  std::vector<std::string> named;              ///< "effect@location", most sure first; "unknown@location" of a place
+  std::vector<Suspect> suspects;               ///< the named ones first, then by probability
+  std::vector<LocationProbability> locations;  ///< most probable first
+  std::vector<std::string> ambiguous_with;     ///< effects that are probable enough to be told beside the answer
+};
+
+/// "none", "parameter", "effect", "several", "located_not_in_catalogue", "exogenous", "ambiguous" or "insufficient".
+std::string outcome_of(const Verdict& verdict);
+
+/// The plant with the answer on the held-out records: the re-tuned one where the answer is no plant.
+GapStage corrected_stage(const Evidence& evidence, const Verdict& verdict);
+/// What of the gap that re-tuning leaves the answer removes; of a parameter alone, of the gap as delivered. 0 and no
+/// interval of an answer that is no plant: nothing missing, rounding, a place outside the catalogue.
+Closure closure_of(const Evidence& evidence, const Verdict& verdict);
+/// 1 - (J_retuned - 1) / (J_delivered - 1) on the held-out records; NaN without a gap.
+double closure_of_retuning(const Evidence& evidence);
+/// The tolerance whose deviation changes the outputs most after re-tuning; null without any.
+const ToleranceEvidence* most_retuned(const Evidence& evidence);
+/// The candidate behind an answer of effects.
+const CandidateEvidence& candidate_of(const Evidence& evidence, const Effects& effects);
+
+template <class Kind>
+bool is(const Verdict& verdict) {
+  return std::holds_alternative<Kind>(verdict.answer);
+}
+/// True of answers that are a place without a name.
+inline bool is_place(const Verdict& verdict) {
+  return is<AtPlace>(verdict) || is<AtTwoPlaces>(verdict) || is<Exogenous>(verdict);
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,44 @@
+#include "core/gap/which/effect.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace wheelhop {
+
+namespace {
+
+constexpr double kUndefined = 2.5;  // standard deviations: one in eighty of the true ones
+
+}  // namespace
+
+double Plausible::deviation(double value) const {
+  constexpr double z90 = 1.6448536269514722;
+  const double middle = 0.5 * std::log(low * high), spread = 0.5 * std::log(high / low) / z90;
+  return (std::log(std::max(std::abs(value - ideal), 1e-300)) - middle) / spread;
+}
+
+double log_plausibility(const EffectCandidate& candidate, const Plant& fitted) {
+  double sum = 0;
+  for (const Plausible& plausible : candidate.plausible) {
+    const double z = plausible.deviation(get_parameter(fitted, plausible.parameter));
+    sum -= 0.5 * z * z;
+  }
+  return sum;
+}
+
+std::string undefined_size(const EffectCandidate& candidate, const Plant& fitted) {
+  for (const Plausible& plausible : candidate.plausible) {
+    const double value = get_parameter(fitted, plausible.parameter);
+    if (plausible.defining && plausible.deviation(value) > kUndefined)
+      return fmt::format("{} {:.2g}, usually {:g} to {:g}", plausible.parameter, value, plausible.low, plausible.high);
+  }
+  return "";
+}
+
+EffectCandidate at_typical_size(EffectCandidate candidate) {
+  for (const auto& [name, value] : candidate.typical) set_parameter(candidate.plant, name, value);
+  return candidate;
+}
+
+}  // namespace wheelhop

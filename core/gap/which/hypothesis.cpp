@@ -1,0 +1,305 @@
+#include "core/gap/which/hypothesis.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace wheelhop {
+namespace {
+
+// Far from the plant as delivered a fit of all parameters first loses itself in what the data hardly tell.
+constexpr Index kPatient = 4;
+// Steps back to the plant as delivered from one that does not follow all records, at most, and what each leaves.
+constexpr int kReturns = 8;
+constexpr double kStepBack = 0.8;
+constexpr Index kQuickIterations = 8;
+constexpr double kNear = 0.15;  // of the fall of chi2, by which a quick fit may lie behind the best and be fitted on
+
+/// Fits from `hypothesis.start` and scores; false where a simulation failed, of the held-out records as well.
+bool complete(const Study& study, const Solver& solver, const FitOptions& fitted, const FitOptions& held_out,
+              Hypothesis& hypothesis) {
+  hypothesis.fit = fit_plant(hypothesis.start, hypothesis.parameters, study.data.fitted, solver, fitted);
+  if (hypothesis.fit.error.empty()) return false;
+  hypothesis.held_out = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, held_out);
+  if (hypothesis.held_out.error.empty() || !std::isfinite(hypothesis.held_out.misfit)) {
+    hypothesis.stage = {};
+    hypothesis.stage.misfit = hypothesis.chi2 = std::numeric_limits<double>::infinity();
+    hypothesis.fit.error.clear();
+    return false;
+  }
+  hypothesis.stage = stage_of(study.data, hypothesis.held_out);
+  hypothesis.prior_chi2 =
+      hypothesis.fit.theta.cwiseAbs2().dot(hypothesis.fit.precision.head(hypothesis.fit.theta.size()));
+  hypothesis.chi2 = hypothesis.fit.residual.squaredNorm() + hypothesis.prior_chi2;
+  if (study.data.apart) hypothesis.chi2 += hypothesis.held_out.residual.squaredNorm();
+  return true;
+}
+
+/// Sum of r^2 and of the squared priors where a fit would start; infinite where the plant does not follow.
+double cost_of_start(const Study& study, const Hypothesis& base, const Plant& start, const Vector& theta) {
+  Plant plant = start;
+  double sum = 0;
+  for (std::size_t i = 0; i < base.parameters.size(); ++i) {
+    const FitParameter& parameter = base.parameters[i];
+    const double deviation = theta(static_cast<Index>(i));
+    set_parameter(plant, parameter.name, get_parameter(start, parameter.name) + deviation * parameter.scale);
+    if (parameter.prior_std > 0) sum += std::pow(deviation / parameter.prior_std, 2);
+  }
+  Vector residual;
+  if (!plant_residual(plant, study.data.fitted, base.fit.initial_states, residual))
+    return std::numeric_limits<double>::infinity();
+  return sum + residual.squaredNorm();
+}
+
+/// Where the records of a fit begin, and nothing else of it: another plant may start from there.
+PlantFit states_of(const PlantFit& fit) {
+  PlantFit states;
+  states.state_scale = fit.state_scale;
+  states.states_at_rest = fit.states_at_rest;
+  states.initial_states = fit.initial_states;
+  return states;
+}
+
+/// The parameters of a base and of a candidate, which then count from where the base's do: tolerances from the plant
+/// as delivered.
+std::vector<FitParameter> with_own(const Hypothesis& base, EffectCandidate& candidate) {
+  for (const FitParameter& parameter : base.parameters)
+    set_parameter(candidate.plant, parameter.name, get_parameter(base.start, parameter.name));
+  std::vector<FitParameter> all = base.parameters;
+  all.insert(all.end(), candidate.parameters.begin(), candidate.parameters.end());
+  return all;
+}
+
+/// One quick fit with the new strength as screened.
+bool fit_candidate(const Study& study, const Hypothesis& base, EffectCandidate candidate, const Screened& screened,
+                   Hypothesis& out) {
+  out.effects = base.effects;
+  out.parameters = with_own(base, candidate);
+  double factor = 1;
+  if (candidate.proportional && !candidate.parameters.empty()) {
+    const std::string& name = candidate.parameters.front().name;
+    const double typical = get_parameter(candidate.plant, name) - candidate.ideal;
+    factor = std::copysign(std::clamp(std::abs(screened.strength), 0.05, 10.0), screened.strength);
+    set_parameter(candidate.plant, name, candidate.ideal + factor * typical);
+  }
+  out.start = candidate.plant;
+  // Where a missing effect has bent the plant far, the way back leads past the plant as delivered; where it is small,
+  // the linear step from the re-tuned plant is nearly the solution.
+  const Index known = base.fit.theta.size();
+  Vector delivered = base.fit.theta, stepped = base.fit.theta + factor * screened.retuning;
+  delivered.head(static_cast<Index>(study.tolerances.size())).setZero();
+  const bool step = cost_of_start(study, base, out.start, stepped) < cost_of_start(study, base, out.start, delivered);
+  const auto fit_with = [&](const Vector& first, Hypothesis& fitted) {
+    Vector theta = Vector::Zero(static_cast<Index>(fitted.parameters.size()));
+    theta.head(known) = first;
+    return complete(study, study.solvers.quick, {kQuickIterations, &base.fit, false, theta},
+                    {kQuickIterations, &base.held_out, false}, fitted);
+  };
+  Hypothesis other = out;
+  bool fitted = fit_with(step ? stepped : delivered, out);
+  // A fit whose parameters ran to their end has lost its way: once more, from the other side.
+  const auto count = static_cast<Index>(study.tolerances.size());
+  if ((!fitted || (stopped(out.fit, count) && !stopped(base.fit, count))) &&
+      fit_with(step ? delivered : stepped, other) && (!fitted || other.chi2 < out.chi2)) {
+    out = std::move(other);
+    fitted = true;
+  }
+  if (!fitted) return false;
+  out.plausibility = base.plausibility + log_plausibility(candidate, out.fit.plant);
+  out.effects.push_back(std::move(candidate));
+  return true;
+}
+
+/// True if two fits moved the same numbers of the same plant.
+bool same_model(const Hypothesis& a, const Hypothesis& b) {
+  if (a.parameters.size() != b.parameters.size()) return false;
+  Plant other = b.start;
+  for (std::size_t i = 0; i < a.parameters.size(); ++i) {
+    if (a.parameters[i].name != b.parameters[i].name) return false;
+    set_parameter(other, a.parameters[i].name, get_parameter(a.start, a.parameters[i].name));
+  }
+  return to_json(other) == to_json(a.start);
+}
+
+/// A hypothesis whose last effect has another name.
+Hypothesis renamed(const Hypothesis& hypothesis, const EffectCandidate& last) {
+  Hypothesis other = hypothesis;
+  other.plausibility +=
+      log_plausibility(last, other.fit.plant) - log_plausibility(other.effects.back(), other.fit.plant);
+  other.effects.back() = last;
+  return other;
+}
+
+/// Friction with presliding and hysteresis are one law: what either found is the other's too, and their sizes say which
+/// name it deserves.
+void share_solutions(std::vector<Hypothesis>& list) {
+  for (std::size_t i = 0; i < list.size(); ++i)
+    for (std::size_t j = i + 1; j < list.size(); ++j)
+      if (twins(list[i], list[j])) list[j] = renamed(list[i], list[j].effects.back());
+}
+
+bool by_chi2(const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; }
+
+/// True of an element or mass that an effect has put into a plant: no place of the user's.
+bool added(const Plant& nominal, const Plant& plant, const std::string& location) {
+  const auto named = [&](const auto& part) { return part.name == location; };
+  return std::any_of(plant.elements.begin() + static_cast<std::ptrdiff_t>(nominal.elements.size()),
+                     plant.elements.end(), named) ||
+         std::any_of(plant.masses.begin() + static_cast<std::ptrdiff_t>(nominal.masses.size()), plant.masses.end(),
+                     named);
+}
+
+/// A quick fit is fitted on to the end, and replaced if that is better.
+void polish(const Study& study, Hypothesis& hypothesis) {
+  if (hypothesis.effects.back().parameters.empty()) return;  // nothing was fitted beyond what it was added to
+  if (!linearise(hypothesis.fit, hypothesis.parameters, study.data.fitted)) return;
+  Hypothesis longer = hypothesis;
+  if (!complete(study, study.solvers.thorough, {study.iterations, &hypothesis.fit, false, hypothesis.fit.theta},
+                {study.iterations, &hypothesis.held_out, false}, longer) ||
+      longer.chi2 >= hypothesis.chi2)
+    return;
+  const EffectCandidate& last = longer.effects.back();
+  longer.plausibility += log_plausibility(last, longer.fit.plant) - log_plausibility(last, hypothesis.fit.plant);
+  hypothesis = std::move(longer);
+}
+
+}  // namespace
+
+bool twins(const Hypothesis& a, const Hypothesis& b) {
+  if (a.effects.size() != b.effects.size() || name_of(a.effects.back()) == name_of(b.effects.back())) return false;
+  for (std::size_t i = 0; i + 1 < a.effects.size(); ++i)
+    if (name_of(a.effects[i]) != name_of(b.effects[i])) return false;
+  return same_model(a, b);
+}
+
+bool stopped(const PlantFit& fit, Index count) {
+  return count > 0 && fit.theta.head(count).cwiseAbs().maxCoeff() > kAtEnd;
+}
+
+std::string name_of(const EffectCandidate& effect) { return effect.effect + "@" + effect.location; }
+
+bool same_form(const EffectCandidate& a, const EffectCandidate& b) {
+  return name_of(a) == name_of(b) && a.form == b.form;
+}
+
+Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<FitParameter> parameters) {
+  Hypothesis hypothesis;
+  hypothesis.parameters = std::move(parameters);
+  hypothesis.start = plant;
+  FitOptions fitted = {.iterations = kPatient * study.iterations, .alone = true};
+  bool done =
+      complete(study, study.solvers.patient, fitted, {.iterations = study.iterations, .linearise = false}, hypothesis);
+  // Bent around a wrong drive a plant may lie where it follows the fitted records alone, or these just so: nearer to
+  // the plant as delivered, which follows all.
+  fitted.iterations = 0;
+  for (int step = 0; step < kReturns && !done && hypothesis.fit.theta.size() > 0; ++step) {
+    fitted.theta = kStepBack * hypothesis.fit.theta;
+    done = complete(study, study.solvers.patient, fitted, {.iterations = study.iterations, .linearise = false},
+                    hypothesis);
+  }
+  return hypothesis;
+}
+
+Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitParameter> parameters) {
+  Hypothesis hypothesis;
+  hypothesis.parameters = std::move(parameters);
+  hypothesis.start = base.start;
+  complete(study, study.solvers.patient, {kPatient * study.iterations, &base.fit, false, base.fit.theta},
+           {study.iterations, &base.held_out, false}, hypothesis);
+  return hypothesis;
+}
+
+Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothesis& all, std::size_t members) {
+  Hypothesis subset;
+  subset.parameters = none.parameters;
+  Vector values(static_cast<Index>(all.parameters.size()));  // of its parameters, in `all`
+  Index count = 0;
+  for (const FitParameter& parameter : none.parameters) values(count++) = get_parameter(all.fit.plant, parameter.name);
+  Plant plant = none.fit.plant;
+  std::size_t next = none.parameters.size();  // in `all`
+  for (std::size_t i = 0; i < all.effects.size(); ++i) {
+    const EffectCandidate& wanted = all.effects[i];
+    const std::size_t first = next;
+    next += wanted.parameters.size();
+    if (!(members >> i & 1)) continue;
+    Operation operation;
+    if (!operation_of(plant, study.data.fitted, none.fit.initial_states, operation)) return {};
+    // Anew, because its parameters may have other names in a plant without the effects before it.
+    const std::vector<EffectCandidate> candidates = study.candidates(plant, operation);
+    const auto found = std::find_if(candidates.begin(), candidates.end(),
+                                    [&](const EffectCandidate& candidate) { return same_form(candidate, wanted); });
+    if (found == candidates.end() || found->parameters.size() != wanted.parameters.size()) return {};
+    for (std::size_t j = first; j < next; ++j) values(count++) = get_parameter(all.fit.plant, all.parameters[j].name);
+    subset.parameters.insert(subset.parameters.end(), found->parameters.begin(), found->parameters.end());
+    subset.effects.push_back(*found);
+    plant = found->plant;
+  }
+  // Tolerances count from the plant as delivered.
+  for (const FitParameter& parameter : none.parameters)
+    set_parameter(plant, parameter.name, get_parameter(none.start, parameter.name));
+  subset.start = std::move(plant);
+  Vector theta(count);
+  for (Index k = 0; k < count; ++k) {
+    const FitParameter& parameter = subset.parameters[static_cast<std::size_t>(k)];
+    theta(k) = (values(k) - get_parameter(subset.start, parameter.name)) / parameter.scale;
+  }
+  const PlantFit fitted = states_of(all.fit), held_out = states_of(all.held_out);
+  complete(study, study.solvers.thorough, {study.iterations, &fitted, false, theta},
+           {study.iterations, &held_out, false}, subset);
+  if (!subset.fit.error.empty())
+    for (const EffectCandidate& effect : subset.effects)
+      subset.plausibility += log_plausibility(effect, subset.fit.plant);
+  return subset;
+}
+
+std::vector<Hypothesis> with_twins(const Hypothesis& hypothesis, const std::vector<Hypothesis>& list) {
+  std::vector<Hypothesis> all = {hypothesis};
+  for (const Hypothesis& other : list)
+    if (twins(hypothesis, other)) all.push_back(renamed(hypothesis, other.effects.back()));
+  return all;
+}
+
+std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
+                               const Changes& known, Changes* found) {
+  Operation operation;
+  if (!operation_of(base.fit.plant, study.data.fitted, base.fit.initial_states, operation)) return {};
+  const std::vector<EffectCandidate> candidates = study.candidates(base.fit.plant, operation);
+  std::vector<Screened> shortlist;
+  std::map<std::string, Index> forms;
+  for (const Screened& screened : screen(base.fit, study.data.fitted, candidates, known, found)) {
+    const std::string name = name_of(candidates[screened.candidate]);
+    if (static_cast<Index>(shortlist.size()) >= options.shortlist || !(screened.gain > 0)) break;
+    if (shortlist.empty() && 2 * screened.gain < options.least) break;
+    if (!shortlist.empty() && screened.gain < options.worth * shortlist.front().gain) break;
+    if (added(study.nominal, base.fit.plant, candidates[screened.candidate].location)) continue;
+    if (name == options.without || ++forms[name] > options.forms) continue;
+    shortlist.push_back(screened);
+  }
+  std::vector<Hypothesis> fits(shortlist.size());
+  std::vector<char> done(shortlist.size(), 0);
+  tbb::parallel_for(std::size_t{0}, shortlist.size(), [&](std::size_t i) {
+    done[i] = fit_candidate(study, base, candidates[shortlist[i].candidate], shortlist[i], fits[i]);
+  });
+  std::vector<Hypothesis> list;
+  for (std::size_t i = 0; i < fits.size(); ++i)
+    if (done[i]) list.push_back(std::move(fits[i]));
+  std::stable_sort(list.begin(), list.end(), by_chi2);
+  share_solutions(list);
+  return list;
+}
+
+void finish(const Study& study, double before, std::size_t most, std::vector<Hypothesis>& list) {
+  std::vector<std::size_t> worth;  // a twin takes over what the better one finds
+  for (std::size_t i = 0; i < std::min(list.size(), most); ++i) {
+    if (list[i].chi2 - list[0].chi2 > kNear * (before - list[0].chi2)) break;
+    if (std::none_of(worth.begin(), worth.end(), [&](std::size_t better) { return twins(list[better], list[i]); }))
+      worth.push_back(i);
+  }
+  tbb::parallel_for(std::size_t{0}, worth.size(), [&](std::size_t k) { polish(study, list[worth[k]]); });
+  std::stable_sort(list.begin(), list.end(), by_chi2);
+  share_solutions(list);
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,110 @@
+/// \file
+/// Hypotheses of what a plant lacks: none, one or several effects, each fitted to the estimation records and scored on
+/// the held-out ones.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/gap/evidence/prepared.hpp"
+#include "core/gap/which/effect.hpp"
+#include "core/gap/which/screen.hpp"
+
+namespace wheelhop {
+
+/// A plant with the effects that it may lack, its parameters t (in scales, from `start` on) the most probable ones:
+///   min over t and initial states of sum r^2 + sum (t_k / prior_std_k)^2,   r = (yhat - y) ./ noise floor,
+/// over the fitted records in free run; a tolerance of the plant file is a prior of standard deviation 1. Without such
+/// priors a plant bends around whatever it lacks: Brynjarsdottir & O'Hagan 2014, Inverse Problems 30, 114007.
+struct Hypothesis {
+  std::vector<EffectCandidate> effects;  ///< in the order in which they were added; each one's plant has those before
+  std::vector<FitParameter> parameters;  ///< tolerances first, then those of the effects in their order
+  Plant start;                           ///< the plant with all effects at which every t is 0
+  PlantFit fit;                          ///< of the fitted records
+  PlantFit held_out;                     ///< of the held-out records, by their initial states alone
+  GapStage stage;                        ///< what `held_out` leaves
+  /// Sum r^2 over the fitted and, if they are apart, the held-out records, + sum (t / prior_std)^2. Infinite where a
+  /// simulation of either failed; `fit.error` is empty then.
+  double chi2 = std::numeric_limits<double>::infinity();
+  double prior_chi2 = 0;    ///< of that, the last sum: how far the parameters left their tolerances
+  double plausibility = 0;  ///< log_plausibility summed over the effects, <= 0
+};
+
+/// True if one of a fit's `count` leading parameters, those with tolerances, went as far as it may.
+bool stopped(const PlantFit& fit, Index count);
+
+/// "effect@location", as effects are named in files and to users.
+std::string name_of(const EffectCandidate& effect);
+
+/// True if two candidates are one effect at one place in one form; the sizes they start at may differ.
+bool same_form(const EffectCandidate& a, const EffectCandidate& b);
+
+/// Every effect at every place of a plant, in all its forms, to start at sizes that suit the operation. Anything may
+/// stand behind it: the whole catalogue, or one with families left out to see whether a diagnosis then says "none".
+using CandidateList = std::function<std::vector<EffectCandidate>(const Plant&, const Operation&)>;
+
+/// The solvers of least squares, by how much a fit is worth. Simulations are nearly all of the cost, and a
+/// Jacobian of all parameters takes as long as four or five of them.
+struct GapSolvers {
+  const Solver& quick;     ///< for many fits of which most are dropped
+  const Solver& thorough;  ///< for those that stay
+  const Solver& patient;   ///< for all parameters at once, far from where they count
+};
+
+/// Everything that fitting a hypothesis reads; kept by reference, it outlives the study.
+struct Study {
+  const Plant& nominal;  ///< as delivered
+  const GapData& data;
+  const GapSolvers& solvers;
+  const CandidateList& candidates;
+  std::vector<FitParameter> tolerances;  ///< tolerance_parameters(nominal)
+  Index iterations = 12;                 ///< cap of a thorough fit; a quick one gets fewer, a patient one more
+};
+
+/// The plant itself with some parameters free. Linearised. Where the solution does not follow all records, or has no
+/// derivatives, on the way back from it to `plant`; `fit.error` is empty where nothing there does either.
+/// Cost: up to four times the study's iterations, each a Jacobian. Takes all threads.
+Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<FitParameter> parameters);
+
+/// The plant of a hypothesis, from its solution on, with other priors. Not linearised.
+Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitParameter> parameters);
+
+/// Some of the effects of a hypothesis, fitted from the values and the initial states that it has with all of them. A
+/// fit without an effect that did nothing is thus as good as the one with it.
+/// @param none without effects   @param all with n effects, `none` its base   @param members bit i: effect i is in
+/// @return `fit.error` empty where a plant without the others is offered an effect no more, or a simulation failed. Not
+/// linearised. Cost: a thorough fit.
+Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothesis& all, std::size_t members);
+
+/// True if two hypotheses differ by the name of their last effect alone: friction with presliding and hysteresis are
+/// one law.
+bool twins(const Hypothesis& a, const Hypothesis& b);
+
+/// A hypothesis of one effect and, once more under its name, each of a list that is the same law (`extend` does this
+/// among its own).
+std::vector<Hypothesis> with_twins(const Hypothesis& hypothesis, const std::vector<Hypothesis>& list);
+
+/// What of the fast screen is worth a fit.
+struct ExtendOptions {
+  Index shortlist = 10;      ///< fits at most, the best of the screen first
+  Index forms = 3;           ///< of one effect at one place
+  double worth = 0.1;        ///< screened gain over the best one's, below which a candidate is not fitted
+  double least = 0;          ///< fall of chi2 that the screen must expect of the best for any to be fitted
+  std::string without = {};  ///< "effect@location" that is not tried
+};
+
+/// Adds one effect to a hypothesis in all ways that the fast screen finds worth a fit: a quick one each.
+/// @param base linearised   @param known, found as of `screen`
+/// @return by chi2, ascending. Not linearised. Fits run side by side; the result does not depend on how many.
+/// Cost: a simulation of every fitted record a candidate, and `shortlist` quick fits.
+std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
+                               const Changes& known = {}, Changes* found = nullptr);
+
+/// Fits the best of a list of quick fits on to the end, by the thorough solver; those that lie far behind the first
+/// stay as they are.
+/// @param before chi2 without their last effect   @param most fits   @param list by chi2, ascending; so on return too
+void finish(const Study& study, double before, std::size_t most, std::vector<Hypothesis>& list);
+
+}  // namespace wheelhop

@@ -1,0 +1,116 @@
+/// \file
+/// Forward selection of what a plant may lack: every effect at every place alone, wrong parameters, and pairs of
+/// effects where one is not enough. Fills the part of the evidence that fits of candidates tell.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/gap/evidence/closure.hpp"
+#include "core/gap/verdict/evidence.hpp"
+#include "core/gap/verdict/thresholds.hpp"
+#include "core/gap/which/hypothesis.hpp"
+
+namespace wheelhop {
+
+/// What of the search is worth its time. Nothing here turns evidence into an answer, but what is not fitted cannot be
+/// named. Each is a judgement: larger (or, of shares, smaller) values find the same on generated cases, and take
+/// longer.
+struct SearchEffort {
+  double screened = 0.25;     ///< of `notice`, what the screen must expect of the best candidate for any to be fitted
+  Index fits = 10;            ///< quick fits of singles
+  Index finished = 4;         ///< of these, the best that are fitted on to the end
+  double freeing_z = 2;       ///< z of a parameter from which parameters are fitted without their tolerances
+  double freed_z = 1;         ///< and of those that then are
+  double stands_out = 0.5;    ///< probability of one parameter to stand out, from which it is
+  double beside_z = 2;        ///< z of a parameter beside an effect, from which it is set free
+  Index beside = 2;           ///< parameters set free beside an effect, at most
+  std::size_t firsts = 2;     ///< effects to which a second one is tried
+  Index second_fits = 5;      ///< quick fits of a second effect to each
+  double second_worth = 0.2;  ///< screened gain over the best one's, below which a second effect is not fitted
+  double second_screened = 0.025;  ///< share of what is left that the screen must expect of a second effect: of a mode
+                                   ///< it knows a wrong frequency alone
+  double far_behind = 3;           ///< of what the best first effect leaves, beyond which another is no part of a pair
+  double closed = 0.1;             ///< of what a first effect leaves, what a pair may leave for no other to be tried
+  Index finished_pairs = 3;        ///< of the quick fits of pairs, the best that are fitted on to the end
+  int searches = 2;                ///< for a second effect, where the first one's fit became better by it
+
+  /// Calls visit(name, value).
+  template <class V>
+  void fields(V&& visit) {
+    visit("screened", screened);
+    visit("fits", fits);
+    visit("finished", finished);
+    visit("freeing_z", freeing_z);
+    visit("freed_z", freed_z);
+    visit("stands_out", stands_out);
+    visit("beside_z", beside_z);
+    visit("beside", beside);
+    visit("firsts", firsts);
+    visit("second_fits", second_fits);
+    visit("second_worth", second_worth);
+    visit("second_screened", second_screened);
+    visit("far_behind", far_behind);
+    visit("closed", closed);
+    visit("finished_pairs", finished_pairs);
+    visit("searches", searches);
+  }
+};
+
+using Step = std::function<void(const std::string&)>;
+
+/// What a search reads; kept by reference.
+struct Search {
+  const Study& study;
+  const Thresholds& thresholds;
+  const SearchEffort& effort;
+  const Bootstrap& bootstrap;   ///< of closures
+  const Hypothesis& delivered;  ///< the plant as delivered
+  const Hypothesis& retuned;    ///< inside its tolerances
+  const Step& step;
+};
+
+/// Fits and, in the same order, what they tell.
+struct Candidates {
+  std::vector<Hypothesis> fits;
+  std::vector<CandidateEvidence> evidence;
+  std::vector<Hypothesis> alone;  ///< of the best pair: either effect fitted alone
+};
+struct FreedParameters {
+  std::vector<Hypothesis> fits;  ///< linearised; `fit.error` empty where a fit failed
+  std::vector<FreedEvidence> evidence;
+};
+
+/// Values and standard deviations of a fit's parameters from number `first` on; 0 where it is not linearised.
+std::vector<FittedParameter> fitted_parameters(const PlantFit& fit, const std::vector<FitParameter>& list,
+                                               std::size_t first);
+/// What a fit of one or more effects tells.
+CandidateEvidence evidence_of(const Search& search, const Hypothesis& hypothesis);
+
+/// Once a hypothesis is linearised: standard deviations of its sizes, and z of its tolerances.
+void add_linearisation(const Search& search, const Hypothesis& hypothesis, CandidateEvidence& evidence);
+
+/// Every effect at every place, by the fast screen, of which the best are fitted; ascending by chi2.
+/// @param wrong channels in another unit: their factor is fitted from the plant as delivered
+/// @param changes out, what candidates change around the re-tuned plant, as of `screen`
+Candidates find_singles(const Search& search, double colour, const std::vector<WrongScale>& wrong, Changes& changes);
+
+/// Parameters of the re-tuned plant set free of their tolerances, side by side.
+/// @param which numbers of tolerances
+FreedParameters free_parameters(const Search& search, const std::vector<std::size_t>& which);
+/// Those that may be the answer where no effect is: far enough from their tolerances, or standing out from the others.
+std::vector<std::size_t> parameters_to_free(const Search& search, const Evidence& evidence);
+
+/// Sets parameters free beside the effects of an answer, the one with the largest leave-prior-out z first, as long as a
+/// z is above `beside_z`. @param answer linearised by this
+/// @param evidence of the answer; gets its linearisation, and what each freed parameter tells
+/// @return a fit for each of its freed parameters, linearised
+std::vector<Hypothesis> free_beside(const Search& search, Hypothesis& answer, CandidateEvidence& evidence);
+
+/// Looks for a second effect beside the best first ones, and refits both effects of the best pair alone; where one of
+/// them then is enough, it joins the singles, and the search goes on from there.
+/// @param evidence without pairs; its singles those of `singles`, both may grow
+/// @return the pairs, ascending by chi2; none where no second effect is worth a search
+Candidates find_pairs(const Search& search, const Changes& changes, Evidence& evidence, Candidates& singles);
+
+}  // namespace wheelhop

@@ -1,0 +1,211 @@
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/gap/verdict/posterior.hpp"
+#include "core/gap/verdict/scales.hpp"
+#include "core/gap/which/search.hpp"
+
+namespace wheelhop {
+namespace {
+
+/// Puts the initial states of a fit, 2n a record, where the plant rests in equilibrium.
+void begin_at_rest(PlantFit& fit) {
+  const Index states = fit.state_scale.size();
+  for (std::size_t i = 0; i < fit.initial_states.size(); ++i)
+    fit.initial_states[i] =
+        fit.states_at_rest.segment(states * static_cast<Index>(i), states).cwiseProduct(fit.state_scale);
+}
+
+/// A channel, or the drive, that reads in another unit or with the other sign: re-tuning bends the plant so far around
+/// it that the screen there may miss it. At the plant as delivered its factor is seen, and from there it is fitted.
+void add_wrong_scale(const Search& search, const std::vector<WrongScale>& scales, std::vector<Hypothesis>& singles) {
+  const Study& study = search.study;
+  const Plant& plant = search.delivered.fit.plant;
+  Operation operation;
+  if (!one_scale(scales, plant.sensors.size()) ||
+      !operation_of(plant, study.data.fitted, search.delivered.fit.initial_states, operation))
+    return;
+  const WrongScale& wrong = scales.front();
+  const std::string place = scales.size() > 1 ? "actuator" : "sensor:" + wrong.channel;
+  for (const EffectCandidate& candidate : study.candidates(plant, operation)) {
+    if (candidate.effect != "gain_error" || candidate.location != place) continue;
+    Hypothesis scaled = search.delivered;
+    scaled.effects = {candidate};
+    scaled.parameters = search.retuned.parameters;
+    scaled.parameters.insert(scaled.parameters.end(), candidate.parameters.begin(), candidate.parameters.end());
+    scaled.fit.plant = candidate.plant;
+    set_parameter(scaled.fit.plant, candidate.parameters.front().name, wrong.reads);
+    begin_at_rest(scaled.fit);  // the states that were fitted follow the wrong factor
+    begin_at_rest(scaled.held_out);
+    Hypothesis fitted = fit_subset(study, search.retuned, scaled, 1);
+    if (fitted.fit.error.empty()) continue;
+    std::erase_if(singles, [&](const Hypothesis& old) { return same_form(old.effects.back(), candidate); });
+    singles.push_back(std::move(fitted));
+  }
+  std::stable_sort(singles.begin(), singles.end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; });
+}
+
+std::vector<double> leading(const Vector& values, std::size_t count) {
+  return {values.data(), values.data() + std::min<Index>(static_cast<Index>(count), values.size())};
+}
+
+/// Leave-prior-out z of the tolerances; empty where the fit is not linearised.
+std::vector<double> z_of(const PlantFit& fit, std::size_t count) {
+  if (fit.covariance.size() == 0 || count == 0) return {};
+  return leading(leave_prior_out_z(fit.theta.head(static_cast<Index>(count)), fit.covariance), count);
+}
+
+}  // namespace
+
+std::vector<FittedParameter> fitted_parameters(const PlantFit& fit, const std::vector<FitParameter>& list,
+                                               std::size_t first) {
+  std::vector<FittedParameter> out;
+  for (std::size_t i = first; i < list.size(); ++i) {
+    const double variance =
+        fit.covariance.size() > 0 ? fit.covariance(static_cast<Index>(i), static_cast<Index>(i)) : 0.0;
+    out.push_back({list[i].name, get_parameter(fit.plant, list[i].name), std::sqrt(variance) * list[i].scale});
+  }
+  return out;
+}
+
+CandidateEvidence evidence_of(const Search& search, const Hypothesis& hypothesis) {
+  CandidateEvidence out;
+  const std::size_t tolerances = search.study.tolerances.size();
+  const std::vector<FittedParameter> fitted = fitted_parameters(hypothesis.fit, hypothesis.parameters, tolerances);
+  auto next = fitted.begin();
+  for (const EffectCandidate& effect : hypothesis.effects) {
+    EffectEvidence own{effect.effect, effect.location, effect.form, {}, {}};
+    const auto first = next;
+    next += static_cast<std::ptrdiff_t>(effect.parameters.size());
+    own.parameters.assign(first, next);
+    for (const Plausible& plausible : effect.plausible) {
+      if (!plausible.defining) continue;
+      const double value = get_parameter(hypothesis.fit.plant, plausible.parameter);
+      own.defining.push_back({plausible.parameter, value, plausible.low, plausible.high, plausible.deviation(value)});
+    }
+    out.effects.push_back(std::move(own));
+  }
+  out.chi2 = hypothesis.chi2;
+  out.prior_chi2 = hypothesis.prior_chi2;
+  out.log_plausibility = hypothesis.plausibility;
+  out.parameters = hypothesis.parameters.size();
+  out.misfit = hypothesis.fit.misfit;
+  out.stage = hypothesis.stage;
+  out.closure = closure(search.retuned.stage.blocks, hypothesis.stage.blocks, search.bootstrap);
+  out.theta = leading(hypothesis.fit.theta, tolerances);
+  out.z = z_of(hypothesis.fit, tolerances);
+  return out;
+}
+
+void add_linearisation(const Search& search, const Hypothesis& hypothesis, CandidateEvidence& evidence) {
+  CandidateEvidence now = evidence_of(search, hypothesis);
+  evidence.effects = std::move(now.effects);
+  evidence.theta = std::move(now.theta);
+  evidence.z = std::move(now.z);
+}
+
+Candidates find_singles(const Search& search, double colour, const std::vector<WrongScale>& wrong, Changes& changes) {
+  Candidates singles;
+  const double least = search.effort.screened * search.thresholds.notice * colour;
+  singles.fits = extend(search.study, search.retuned, {.shortlist = search.effort.fits, .least = least}, {}, &changes);
+  finish(search.study, search.retuned.chi2, static_cast<std::size_t>(search.effort.finished), singles.fits);
+  add_wrong_scale(search, wrong, singles.fits);
+  for (const Hypothesis& single : singles.fits) singles.evidence.push_back(evidence_of(search, single));
+  return singles;
+}
+
+std::vector<std::size_t> parameters_to_free(const Search& search, const Evidence& evidence) {
+  std::vector<std::size_t> which;
+  const auto count = static_cast<Index>(evidence.tolerances.size());
+  if (count == 0) return which;
+  double most = 0;
+  Vector theta(count);
+  for (Index i = 0; i < count; ++i) {
+    const ToleranceEvidence& own = evidence.tolerances[static_cast<std::size_t>(i)];
+    most = std::max(most, std::abs(own.z));
+    theta(i) = own.theta;
+  }
+  const bool alone = gap_left(evidence) <= search.thresholds.too_small || evidence.singles.empty();
+  if (most > search.effort.freeing_z && (alone || evidence.retuned_stopped))
+    for (std::size_t i = 0; i < evidence.tolerances.size(); ++i) {
+      const ToleranceEvidence& own = evidence.tolerances[i];
+      if (std::abs(own.z) >= search.effort.freed_z && (alone || std::abs(own.theta) >= kAtEnd)) which.push_back(i);
+    }
+  if (gap_left(evidence) > search.thresholds.too_small) return which;
+  const Vector p = standing_out(theta, evidence.tolerance_covariance, evidence.noise.colour, search.thresholds);
+  Index first = 0;
+  if (p.maxCoeff(&first) > search.effort.stands_out &&
+      std::find(which.begin(), which.end(), static_cast<std::size_t>(first)) == which.end())
+    which.push_back(static_cast<std::size_t>(first));
+  return which;
+}
+
+namespace {
+
+/// What a fit with a parameter free of its tolerance tells.
+FreedEvidence freed_evidence(const Search& search, const Hypothesis& fitted, std::size_t tolerance) {
+  const std::size_t count = search.study.tolerances.size();
+  FreedEvidence out;
+  out.tolerance = tolerance;
+  out.chi2 = fitted.chi2;
+  out.prior_chi2 = fitted.prior_chi2;
+  out.stage = fitted.stage;
+  out.closure_of_delivered = closure(search.delivered.stage.blocks, fitted.stage.blocks, search.bootstrap);
+  out.closure_of_retuned = closure(search.retuned.stage.blocks, fitted.stage.blocks, search.bootstrap);
+  out.fitted = fitted_parameters(fitted.fit, fitted.parameters, 0)[tolerance];
+  out.theta = leading(fitted.fit.theta, count);
+  out.z = z_of(fitted.fit, count);
+  return out;
+}
+
+}  // namespace
+
+std::vector<Hypothesis> free_beside(const Search& search, Hypothesis& answer, CandidateEvidence& evidence) {
+  const Study& study = search.study;
+  std::vector<Hypothesis> fits;
+  if (!linearise(answer.fit, answer.parameters, study.data.fitted)) return fits;
+  add_linearisation(search, answer, evidence);
+  std::vector<double> z = evidence.z;
+  while (static_cast<Index>(fits.size()) < search.effort.beside && !z.empty()) {
+    for (const FreedEvidence& freed : evidence.freed) z[freed.tolerance] = 0;
+    const auto most =
+        std::max_element(z.begin(), z.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+    if (!(std::abs(*most) > search.effort.beside_z)) break;
+    const auto tolerance = static_cast<std::size_t>(most - z.begin());
+    const Hypothesis& base = fits.empty() ? answer : fits.back();
+    std::vector<FitParameter> parameters = base.parameters;
+    parameters[tolerance].prior_std = 0;
+    Hypothesis freed = fit_from(study, base, parameters);
+    freed.effects = answer.effects;
+    freed.plausibility = answer.plausibility;
+    if (freed.fit.error.empty() || freed.chi2 > base.chi2 || !linearise(freed.fit, parameters, study.data.fitted))
+      break;
+    evidence.freed.push_back(freed_evidence(search, freed, tolerance));
+    z = evidence.freed.back().z;
+    fits.push_back(std::move(freed));
+  }
+  return fits;
+}
+
+FreedParameters free_parameters(const Search& search, const std::vector<std::size_t>& which) {
+  FreedParameters freed;
+  freed.fits.resize(which.size());
+  freed.evidence.resize(which.size());
+  tbb::parallel_for(std::size_t{0}, which.size(), [&](std::size_t k) {
+    const Study& study = search.study;
+    std::vector<FitParameter> parameters = study.tolerances;
+    parameters[which[k]].prior_std = 0;
+    Hypothesis& fitted = freed.fits[k];
+    fitted = fit_from(study, search.retuned, parameters);
+    if (!fitted.fit.error.empty()) linearise(fitted.fit, parameters, study.data.fitted);
+    // A fit that found nothing better is no reason to hold the re-tuned plant for worse than it is.
+    const bool better = !fitted.fit.error.empty() && !(fitted.chi2 > search.retuned.chi2);
+    freed.evidence[k] = freed_evidence(search, better ? fitted : search.retuned, which[k]);
+  });
+  return freed;
+}
+
+}  // namespace wheelhop

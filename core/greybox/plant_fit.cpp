@@ -1,0 +1,488 @@
+#include "core/greybox/plant_fit.hpp"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/data/metrics.hpp"
+#include "core/data/resample.hpp"
+#include "core/optimise/bounded_step.hpp"
+#include "core/optimise/prior.hpp"
+#include "core/plant/dataset.hpp"
+#include "core/plant/linearise.hpp"
+#include "core/plant/simulate.hpp"
+
+namespace wheelhop {
+namespace {
+
+/// Step of the differences, in scales: a tolerance or a typical state is about one, and laws bend within it.
+constexpr double kStep = 1e-4;
+constexpr double kRounding = 1e-9;  // of a scale
+constexpr Index kVisited = 100;     // operating points a record
+constexpr Index kLong = 8;          // blocks
+constexpr Index kStart = 20;        // of a block
+constexpr std::size_t kGroups = 4;  // of the columns of a Jacobian: each group simulates the plant once more
+constexpr double kForgotten = 14;   // e-folds after which an initial state counts as forgotten
+
+/// Values a parameter may take: its range and the start itself; of one that is known within a tolerance, on the side of
+/// 0 where it is known to lie.
+Range allowed(const std::vector<PlantParameter>& known, const FitParameter& fitted, double start) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  Range range{-infinity, infinity};
+  for (const PlantParameter& parameter : known)
+    if (parameter.name == fitted.name) range = parameter.range;
+  range.low = std::max(range.low, fitted.least);
+  if (fitted.prior_std > 0 && start > 0) range.low = std::max(range.low, 0.0);
+  if (fitted.prior_std > 0 && start < 0) range.high = std::min(range.high, 0.0);
+  return {std::min(range.low, start), std::max(range.high, start)};
+}
+
+/// Bounds of theta: a plant tens of tolerances away is another plant, and may not follow the next drive.
+Box bounds(const Plant& plant, const std::vector<FitParameter>& parameters) {
+  const std::vector<PlantParameter> known = plant_parameters(plant);
+  const double infinity = std::numeric_limits<double>::infinity();
+  Box box{Vector(static_cast<Index>(parameters.size())), Vector(static_cast<Index>(parameters.size()))};
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const double start = get_parameter(plant, parameters[i].name);
+    const Range range = allowed(known, parameters[i], start);
+    const double std = parameters[i].prior_std, most = std > 0 ? kFarthest * std : infinity;
+    box.lower(static_cast<Index>(i)) = std::max((range.low - start) / parameters[i].scale, -most);
+    box.upper(static_cast<Index>(i)) = std::min((range.high - start) / parameters[i].scale, most);
+  }
+  return box;
+}
+
+/// Adds theta * scale to parameters of a plant. False where one would leave its bounds by more than rounding.
+bool move_parameters(Plant& plant, const std::vector<FitParameter>& parameters, ConstVectorRef theta) {
+  const std::vector<PlantParameter> known = plant_parameters(plant);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const double start = get_parameter(plant, parameters[i].name);
+    const double value = start + theta(static_cast<Index>(i)) * parameters[i].scale;
+    const Range range = allowed(known, parameters[i], start);
+    const double inside = std::clamp(value, range.low, range.high);
+    if (!(std::abs(value - inside) <= kRounding * parameters[i].scale)) return false;
+    set_parameter(plant, parameters[i].name, inside);
+  }
+  return true;
+}
+
+/// Time after which nothing is left of an initial state; infinite where the slowest mode does not decay.
+double memory_s(const Plant& plant) {
+  const LinearPlant linear = linearise(plant);
+  const double slowest = linear.A.size() > 0 ? -eigenvalues(linear.A).real().maxCoeff() : 0;
+  return slowest > 0 ? kForgotten / slowest : std::numeric_limits<double>::infinity();
+}
+
+/// Samples of a record that an initial state can move, those that are not scored included.
+Index remembered_samples(const Plant& plant, const FitRecord& record, double memory_s) {
+  const double samples = memory_s * plant.hold_hz() / static_cast<double>(record.ratio);
+  return std::clamp<Index>(static_cast<Index>(std::min(samples, 1e9)), record.skip + 1, record.y.cols());
+}
+
+/// The records as far as their initial states are seen in them: what is fitted to find nothing else.
+std::vector<FitRecord> remembered_part(const Plant& plant, std::vector<FitRecord> records) {
+  const double memory = memory_s(plant);
+  for (FitRecord& record : records)
+    record.y.conservativeResize(Eigen::NoChange, remembered_samples(plant, record, memory));
+  return records;
+}
+
+/// r of a record. False if the simulation failed.
+bool residual_of(const Simulation& result, const FitRecord& record, VectorRef r) {
+  if (result.status != Status::ok) return false;
+  const Index kept = record.y.cols() - record.skip;
+  r.reshaped(record.y.rows(), kept) =
+      record.weight_std.cwiseInverse().asDiagonal() * (result.outputs - record.y).rightCols(kept);
+  return r.allFinite();
+}
+
+/// r of all records one after the other, simulated side by side. False if a simulation failed.
+bool run_records(const Plant& plant, const std::vector<FitRecord>& records, const std::vector<Vector>& initial_states,
+                 VectorRef r) {
+  std::vector<Matrix> drives;
+  std::vector<SimulationTask> tasks;
+  drives.reserve(records.size());
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    drives.push_back(records[i].drive.leftCols(records[i].y.cols() * records[i].ratio));
+    tasks.push_back({&plant, &drives.back(), run_options(plant, records[i], initial_states[i])});
+  }
+  const std::vector<Simulation> runs = simulate_measured_side_by_side(tasks);
+  Index filled = 0;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Index count = records[i].y.rows() * (records[i].y.cols() - records[i].skip);
+    if (!residual_of(runs[i], records[i], r.segment(filled, count))) return false;
+    filled += count;
+  }
+  return true;
+}
+
+class PlantProblem final : public ResidualProblem {
+ public:
+  PlantProblem(const Plant& plant, const std::vector<FitParameter>& parameters, const std::vector<FitRecord>& records,
+               ConstVectorRef state_scale)
+      : plant_(unquantised(plant)), parameters_(parameters), records_(records), state_scale_(state_scale) {
+    const double infinity = std::numeric_limits<double>::infinity();
+    box_ = {Vector::Constant(this->parameters(), -infinity), Vector::Constant(this->parameters(), infinity)};
+    const Box of_parameters = bounds(plant_, parameters_);
+    box_.lower.head(moved()) = of_parameters.lower;
+    box_.upper.head(moved()) = of_parameters.upper;
+    memory_s_ = memory_s(plant_);
+    for (const FitRecord& record : records_) {
+      first_.push_back(residuals_);
+      residuals_ += record.y.rows() * (record.y.cols() - record.skip);
+    }
+  }
+
+  /// Nothing else runs beside: columns of a Jacobian are shared out over the threads, for more work in all.
+  void run_alone() { alone_ = true; }
+
+  /// Derivatives that the first Jacobian asked for at `theta` takes from another fit instead of computing them.
+  void start_from(const PlantFit& other, ConstVectorRef theta) {
+    other_ = &other;
+    other_theta_ = theta;
+  }
+
+  Index moved() const { return static_cast<Index>(parameters_.size()); }
+  Index states() const { return state_scale_.size(); }
+  Index parameters() const override { return moved() + states() * static_cast<Index>(records_.size()); }
+  Index residuals() const override { return residuals_; }
+  Box box() const override { return box_; }
+
+  bool residual(ConstVectorRef theta, VectorRef r) const override {
+    Plant plant;
+    if (!place(theta, plant)) return false;
+    std::vector<Vector> states;
+    for (std::size_t i = 0; i < records_.size(); ++i) states.push_back(initial_state(theta, i));
+    return run_records(plant, records_, states, r);
+  }
+
+  bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
+    Plant plant;
+    if (!place(theta, plant)) return false;
+    J.setZero();
+    const bool at_start = other_ && theta == other_theta_;
+    std::vector<Index> columns;  // parameters, then initial states
+    for (Index j = 0; j < parameters(); ++j)
+      if (!at_start || !known_column(j, J)) columns.push_back(j);
+    const std::size_t groups =
+        alone_ ? std::clamp<std::size_t>(static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()), 1, kGroups)
+               : 1;
+    std::vector<std::vector<Index>> grouped(groups);
+    for (std::size_t k = 0; k < columns.size(); ++k) grouped[k % groups].push_back(columns[k]);
+    std::vector<char> ran(records_.size() * groups, 0);
+    tbb::parallel_for(std::size_t{0}, ran.size(), [&](std::size_t task) {
+      const std::size_t i = task / groups, group = task % groups;
+      Vector again;  // every group runs the record, one writes what it leaves
+      if (group > 0) again.resize(length(i));
+      ran[task] =
+          vary(plant, theta, i, grouped[group], group > 0 ? VectorRef(again) : r.segment(first_[i], length(i)), J);
+    });
+    return std::find(ran.begin(), ran.end(), 0) == ran.end();
+  }
+
+  bool place(ConstVectorRef theta, Plant& plant) const {
+    plant = plant_;
+    if (!move_parameters(plant, parameters_, theta)) return false;
+    for (const Mass& mass : plant.masses)
+      if (!(mass.mass_kg > 0)) return false;
+    return true;
+  }
+
+  Vector initial_state(ConstVectorRef theta, std::size_t record) const {
+    return theta.segment(moved() + states() * static_cast<Index>(record), states()).cwiseProduct(state_scale_);
+  }
+
+ private:
+  Index length(std::size_t i) const { return records_[i].y.rows() * (records_[i].y.cols() - records_[i].skip); }
+
+  bool run(const Plant& plant, ConstVectorRef theta, std::size_t i, VectorRef r) const {
+    return run_records(plant, {records_[i]}, {initial_state(theta, i)}, r);
+  }
+
+  bool known_column(Index j, MatrixRef J) const {
+    const Index known = other_->theta.size();
+    if (j >= known && j < moved()) return false;
+    J.col(j) = other_->jacobian.col(j < known ? j : j - moved() + known);
+    return true;
+  }
+
+  /// A plant one step from theta in a parameter. False where that leaves the bounds or the domain.
+  bool neighbour(ConstVectorRef theta, Index j, double step, Plant& plant) const {
+    Vector there = theta;
+    there(j) += step;
+    return there(j) >= box_.lower(j) && there(j) <= box_.upper(j) && place(there, plant);
+  }
+
+  /// Residuals of a record and their derivatives in given columns: toward a larger parameter, or a smaller one where
+  /// that step leaves the bounds or the domain.
+  bool vary(const Plant& plant, ConstVectorRef theta, std::size_t i, const std::vector<Index>& columns, VectorRef r,
+            MatrixRef J) const {
+    std::vector<Index> open;
+    for (const Index j : columns)
+      if (concerns(j, i)) open.push_back(j);
+    if (open.empty()) return run(plant, theta, i, r);
+    const FitRecord& record = records_[i];
+    const Index kept = record.y.cols() - record.skip;
+    for (const double step : {kStep, -kStep}) {
+      std::vector<Plant> neighbours(open.size());
+      std::vector<Index> asked, left;
+      std::vector<Variation> variations;
+      for (std::size_t k = 0; k < open.size(); ++k) {
+        const Index j = open[k];
+        Variation variation{.step = step};
+        if (j >= moved()) {
+          Vector change = Vector::Zero(states());
+          change((j - moved()) % states()) = state_scale_((j - moved()) % states());
+          variation.initial = whole_state(plant, change);
+          variation.kept_samples = remembered_samples(plant_, record, memory_s_);
+        } else if (neighbour(theta, j, step, neighbours[k])) {
+          variation.neighbour = &neighbours[k];
+        } else {
+          left.push_back(j);
+          continue;
+        }
+        asked.push_back(j);
+        variations.push_back(std::move(variation));
+      }
+      const VariedSimulation there =
+          simulate_varied(plant, record.drive.leftCols(record.y.cols() * record.ratio),
+                          run_options(plant, record, initial_state(theta, i)), std::move(variations));
+      if (!residual_of(there.simulation, record, r)) return false;
+      for (std::size_t k = 0; k < asked.size(); ++k) {
+        auto column = J.col(asked[k]).segment(first_[i], length(i));
+        column.reshaped(record.y.rows(), kept) =
+            record.weight_std.cwiseInverse().asDiagonal() * there.outputs[k].rightCols(kept);
+        if (!there.defined[k] || !column.allFinite()) left.push_back(asked[k]);
+      }
+      if (left.empty()) return true;
+      open = left;
+    }
+    return false;
+  }
+
+  /// A parameter moves every record, an initial state its own.
+  bool concerns(Index j, std::size_t record) const {
+    return j < moved() || (j - moved()) / states() == static_cast<Index>(record);
+  }
+
+  Plant plant_;
+  std::vector<FitParameter> parameters_;
+  std::vector<FitRecord> records_;
+  Vector state_scale_;
+  Box box_;
+  double memory_s_ = 0;
+  std::vector<Index> first_;
+  Index residuals_ = 0;
+  bool alone_ = false;
+  const PlantFit* other_ = nullptr;
+  Vector other_theta_;
+};
+
+/// What a state of this plant is in size under its drives, seen in a simulation from rest.
+bool typical_states(const Plant& plant, const std::vector<FitRecord>& records, Vector& scale, Vector& start) {
+  const Index n2 = 2 * plant.mass_count();
+  scale = Vector::Zero(n2);
+  start.resize(n2 * static_cast<Index>(records.size()));
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Simulation result = simulate_measured(plant, records[i].drive, run_options(plant, records[i]));
+    if (result.status != Status::ok) return false;
+    scale = scale.cwiseMax(rms(result.states.topRows(n2)));
+    start.segment(n2 * static_cast<Index>(i), n2) = result.states.col(0).head(n2);
+  }
+  // A mass that never moves still needs a scale.
+  scale = scale.cwiseMax(1e-9 + 1e-6 * scale.maxCoeff());
+  start = start.cwiseQuotient(scale.replicate(static_cast<Index>(records.size()), 1));
+  return true;
+}
+
+/// Adds operating points of a record, evenly over the samples that are scored.
+void visit(const Simulation& result, const FitRecord& record, Matrix& visited) {
+  const Index N = result.states.rows(), m = record.drive.rows(), scored = record.y.cols() - record.skip;
+  const Index count = std::min(kVisited, scored), before = visited.cols();
+  visited.conservativeResize(N + m, before + count);
+  for (Index k = 0; k < count; ++k) {
+    const Index sample = record.skip + k * scored / count;
+    visited.col(before + k) << result.states.col(sample), record.drive.col(sample * record.ratio);
+  }
+}
+
+Vector scored_residual(const std::vector<Matrix>& errors, const std::vector<FitRecord>& records) {
+  Index total = 0, filled = 0;
+  for (const FitRecord& record : records) total += record.y.rows() * (record.y.cols() - record.skip);
+  Vector residual(total);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Index kept = records[i].y.cols() - records[i].skip, count = records[i].y.rows() * kept;
+    residual.segment(filled, count).reshaped(records[i].y.rows(), kept) =
+        records[i].weight_std.cwiseInverse().asDiagonal() * errors[i].rightCols(kept);
+    filled += count;
+  }
+  return residual;
+}
+
+}  // namespace
+
+std::vector<FitParameter> tolerance_parameters(const Plant& plant) {
+  std::vector<FitParameter> list;
+  for (const PlantParameter& parameter : plant_parameters(plant))
+    if (parameter.value != 0) list.push_back({parameter.name, parameter.tolerance * std::abs(parameter.value), 1});
+  return list;
+}
+
+Vector whole_state(const Plant& plant, const Vector& state) {
+  const Index known = state.size() / 2, n = plant.mass_count();
+  Vector whole = Vector::Zero(2 * n);
+  whole.head(known) = state.head(known);
+  whole.segment(n, known) = state.tail(known);
+  for (Index i = known; i < n; ++i) {
+    const std::string& name = plant.masses[static_cast<std::size_t>(i)].name;
+    for (const Element& element : plant.elements) {
+      if (element.from != name && element.to != name) continue;
+      const Index host = plant.node(element.from == name ? element.to : element.from);
+      if (host >= i) continue;  // a drive, the ground, or a mass that is placed later
+      whole(i) = whole(host);
+      whole(n + i) = whole(n + host);
+      break;
+    }
+  }
+  return whole;
+}
+
+SimulateOptions run_options(const Plant& plant, const FitRecord& record, const Vector& initial_state) {
+  SimulateOptions options = sparing_steps(plant, kSubsteps, kMostSubsteps);
+  options.decimation = record.ratio;
+  options.from_equilibrium = initial_state.size() == 0;
+  if (initial_state.size() > 0) options.initial_state = whole_state(plant, initial_state);
+  return options;
+}
+
+FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std) {
+  FitRecord record;
+  const double sampling_hz = 1 / signal.sample_time_s;
+  record.ratio = hold_samples_per_record_sample(plant, sampling_hz);
+  const Matrix u = drive_of_record(plant, signal);
+  record.drive.resize(u.rows(), u.cols() * record.ratio);
+  for (Index i = 0; i < u.rows(); ++i)
+    record.drive.row(i) = interpolate(u.row(i), record.ratio,
+                                      interpolation_from(plant.inputs[static_cast<std::size_t>(i)].interpolation));
+  record.y = signal.y;
+  record.skip = signal.skip;
+  record.weight_std = weight_std;
+  return record;
+}
+
+Index fitted_from(const FitRecord& record, Index block) {
+  return record.y.cols() >= record.skip + kLong * block ? record.skip + block / kStart : record.skip;
+}
+
+Index judged_from(const FitRecord& record, Index block) {
+  return record.y.cols() >= record.skip + kLong * block ? record.skip + block : record.skip;
+}
+
+std::unique_ptr<ResidualProblem> plant_problem(const Plant& plant, const std::vector<FitParameter>& parameters,
+                                               const std::vector<FitRecord>& records, ConstVectorRef state_scale) {
+  return std::make_unique<PlantProblem>(plant, parameters, records, state_scale);
+}
+
+bool plant_residual(const Plant& plant, const std::vector<FitRecord>& records,
+                    const std::vector<Vector>& initial_states, Vector& residual) {
+  Index total = 0;
+  for (const FitRecord& record : records) total += record.y.rows() * (record.y.cols() - record.skip);
+  residual.resize(total);
+  return run_records(plant, records, initial_states, residual);
+}
+
+PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& parameters,
+                   const std::vector<FitRecord>& records, const Solver& solver, const FitOptions& options) {
+  PlantFit fit;
+  fit.plant = plant;
+  Vector start;
+  if (options.from) {
+    fit.state_scale = options.from->state_scale;
+    fit.states_at_rest = options.from->states_at_rest;
+    start.resize(fit.states_at_rest.size());
+    for (std::size_t i = 0; i < records.size(); ++i)
+      start.segment(fit.state_scale.size() * static_cast<Index>(i), fit.state_scale.size()) =
+          options.from->initial_states[i].cwiseQuotient(fit.state_scale);
+  } else if (!typical_states(plant, records, fit.state_scale, fit.states_at_rest)) {
+    fit.solution.status = Status::outside_domain;
+    fit.solution.message = "the plant as delivered cannot follow the drive";
+    return fit;
+  }
+  const Vector state_precision = Vector::Constant(fit.states_at_rest.size(), 1 / (kStateSpread * kStateSpread));
+  if (!options.from) {
+    // The start of a record says little of the state there, and a wrong plant would bend it: it stays among those that
+    // the drive makes.
+    start = fit.states_at_rest;
+    const PlantProblem states_alone(plant, {}, remembered_part(plant, records), fit.state_scale);
+    const Solution first =
+        solver.minimise(*with_prior(states_alone, start, state_precision), start, options.iterations);
+    if (first.status != Status::outside_domain) start = first.theta;
+  }
+  const bool states_only = parameters.empty();
+  PlantProblem problem(plant, parameters, states_only ? remembered_part(plant, records) : records, fit.state_scale);
+  const Index moved = problem.moved();
+  Vector theta(problem.parameters()), mean = Vector::Zero(problem.parameters());
+  theta << (options.theta.size() == moved ? options.theta : Vector(Vector::Zero(moved))), start;
+  theta = clamped(theta, problem.box());
+  mean.tail(start.size()) = fit.states_at_rest;
+  fit.precision = Vector::Zero(problem.parameters());
+  fit.precision.tail(start.size()) = state_precision;
+  for (Index i = 0; i < moved; ++i) {
+    const double std = parameters[static_cast<std::size_t>(i)].prior_std;
+    if (std > 0) fit.precision(i) = 1 / (std * std);
+  }
+  if (options.alone) problem.run_alone();
+  if (options.from && options.from->jacobian.size() > 0 && !states_only) problem.start_from(*options.from, theta);
+  fit.solution = solver.minimise(*with_prior(problem, mean, fit.precision), theta, options.iterations);
+  if (fit.solution.status == Status::outside_domain) return fit;
+  theta = fit.solution.theta;
+  fit.theta = theta.head(moved);
+  move_parameters(fit.plant, parameters, fit.theta);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const FitRecord& record = records[i];
+    fit.initial_states.push_back(problem.initial_state(theta, i));
+    const Simulation result =
+        simulate_measured(fit.plant, record.drive, run_options(fit.plant, record, fit.initial_states.back()));
+    if (result.status != Status::ok) {
+      fit.solution.status = result.status;
+      fit.solution.message = result.message;
+      fit.error.clear();
+      return fit;
+    }
+    fit.error.push_back(result.outputs.leftCols(record.y.cols()) - record.y);
+    visit(result, record, fit.visited);
+  }
+  fit.residual = scored_residual(fit.error, records);
+  fit.misfit = fit.residual.squaredNorm() / static_cast<double>(fit.residual.size());
+  if (options.linearise && !linearise(fit, parameters, records)) {
+    fit.solution.status = Status::outside_domain;
+    fit.solution.message = "linearisation failed at the solution";
+    fit.error.clear();
+  }
+  return fit;
+}
+
+bool linearise(PlantFit& fit, const std::vector<FitParameter>& parameters, const std::vector<FitRecord>& records) {
+  // About the fitted plant the parameters count from zero, in the same scales.
+  const PlantProblem problem(fit.plant, parameters, records, fit.state_scale);
+  const Index moved = problem.moved();
+  Vector theta = Vector::Zero(problem.parameters());
+  for (std::size_t i = 0; i < records.size(); ++i)
+    theta.segment(moved + problem.states() * static_cast<Index>(i), problem.states()) =
+        fit.initial_states[i].cwiseQuotient(fit.state_scale);
+  fit.jacobian.resize(problem.residuals(), problem.parameters());
+  if (!problem.jacobian(theta, fit.residual, fit.jacobian)) return false;
+  Matrix H = Matrix::Zero(problem.parameters(), problem.parameters());
+  H.selfadjointView<Eigen::Lower>().rankUpdate(fit.jacobian.transpose());
+  H.diagonal() += fit.precision;
+  fit.covariance = Eigen::LDLT<Matrix, Eigen::Lower>(H)
+                       .solve(Matrix::Identity(problem.parameters(), problem.parameters()))
+                       .topLeftCorner(moved, moved);
+  return true;
+}
+
+}  // namespace wheelhop

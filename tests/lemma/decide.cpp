@@ -1,0 +1,244 @@
+// The verdict from synthetic evidence: a test for each row of the decision table, and what must hold for all of them.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/base/status.hpp"
+#include "core/gap/verdict/decide.hpp"
+#include "core/gap/verdict/posterior.hpp"
+#include "tests/support/evidence.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+using Names = std::vector<std::string>;
+
+namespace {
+
+/// Re-tuning has left a gap as large as the noise, and friction in the suspension closes it.
+Evidence friction() {
+  Evidence evidence = evidence_with_gap(1);
+  evidence.singles = {single(evidence, "coulomb_friction", "suspension", 0.01),
+                      single(evidence, "hysteresis", "tyre", 0.6)};
+  return evidence;
+}
+
+/// Friction explains three quarters; with a tyre's damping all is explained.
+Evidence two_effects() {
+  Evidence evidence = evidence_with_gap(4);
+  evidence.singles = {single(evidence, "coulomb_friction", "suspension", 1),
+                      single(evidence, "tyre_damping", "tyre", 3)};
+  evidence.pairs = {pair(evidence, "coulomb_friction", "tyre_damping", "suspension", "tyre", 0.01),
+                    pair(evidence, "coulomb_friction", "time_delay", "suspension", "actuator", 0.9)};
+  return evidence;
+}
+
+/// Every evidence of this file, one for each row.
+std::vector<std::pair<std::string, Evidence>> rows() {
+  std::vector<std::pair<std::string, Evidence>> all;
+  Evidence evidence = evidence_with_gap(1);
+  evidence.cannot_follow = "the plant cannot follow";
+  all.emplace_back("0", evidence);
+  evidence = evidence_with_gap(0.02);
+  evidence.delivered_chi2 = 3 * evidence.samples;
+  evidence.tolerances[0].theta = 2;
+  evidence.freed = {freed(evidence, 0, 0.02)};
+  evidence.freed[0].prior_chi2 = 0;
+  all.emplace_back("1a", evidence);
+  evidence = evidence_with_gap(0.02);
+  evidence.lattices = {{"travel", 1e-4, 0.8}};
+  all.emplace_back("1b", evidence);
+  all.emplace_back("1c", evidence_with_gap(0.02));
+  evidence = evidence_with_gap(1);
+  all.emplace_back("1d, 4d", evidence);
+  evidence = evidence_with_gap(0.05);
+  evidence.retuned_prior_chi2 = 100;
+  evidence.freed = {freed(evidence, 0, 0.01)};
+  all.emplace_back("2a", evidence);
+  evidence.freed[0].z[1] = 9;
+  all.emplace_back("2b, 4d", evidence);
+  evidence = friction();
+  evidence.singles[0].effects[0].defining = {{"relaxation_s", 0.2, 0.001, 0.02, 4}};
+  all.emplace_back("3a", evidence);
+  evidence = evidence_with_gap(1);
+  evidence.singles = {single(evidence, "quantisation", "sensor:travel", 0.6)};
+  evidence.lattices = {{"travel", 1e-4, 0.8}};
+  all.emplace_back("3b", evidence);
+  evidence.lattices.clear();
+  all.emplace_back("3c, 4d", evidence);
+  all.emplace_back("3d", friction());
+  evidence = friction();
+  evidence.singles[0].freed = {freed(evidence, 0, 0)};
+  evidence.singles[0].prior_chi2 = 200;
+  all.emplace_back("3e", evidence);
+  evidence = evidence_with_gap(1);
+  evidence.places.clear();
+  evidence.places_needed = 0;
+  all.emplace_back("1d, 4a", evidence);
+  evidence = evidence_with_gap(1);
+  evidence.places_needed = 2;
+  evidence.place_pairs = {{{"sensor:travel", "suspension"}, 1}, {{"tyre", "suspension"}, 5}};
+  all.emplace_back("1d, 4b", evidence);
+  evidence = evidence_with_gap(1);
+  std::swap(evidence.places[0].location, evidence.places[1].location);
+  evidence.motion = {{"guide:body", "", false, 0}};
+  all.emplace_back("1d, 4c", evidence);
+  return all;
+}
+
+Verdict verdict_of(const std::string& row) {
+  for (const auto& [name, evidence] : rows())
+    if (name == row) return decide(evidence);
+  FAIL("no evidence for row " << row);
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("each row of the decision table is reached by the evidence that it describes") {
+  for (const auto& [row, evidence] : rows()) {
+    CAPTURE(row);
+    const Verdict verdict = decide(evidence);
+    CHECK(verdict.row == row);
+    CHECK_FALSE(verdict.why.empty());
+  }
+}
+
+TEST_CASE("what each row names, and what kind of answer it is") {
+  CHECK(is<Insufficient>(verdict_of("0")));
+  CHECK(verdict_of("1a").named == Names{"mass_error@body"});
+  CHECK(is<Parameters>(verdict_of("1a")));
+  CHECK(verdict_of("1b").named == Names{"quantisation@sensor:travel"});
+  CHECK(is<NoGap>(verdict_of("1c")));
+  CHECK(verdict_of("1d, 4d").named == Names{"unknown@suspension"});
+  CHECK(verdict_of("2a").named == Names{"mass_error@body"});
+  CHECK(outcome_of(verdict_of("2a")) == "parameter");
+  CHECK_THAT(verdict_of("2b, 4d").message, Catch::Contains("would need suspension.viscous_damper"));
+  CHECK(verdict_of("3a").named == Names{"unknown@suspension"});
+  CHECK_THAT(verdict_of("3a").message, Catch::Contains("relaxation_s 0.2, usually 0.001 to 0.02"));
+  CHECK(is<Rounding>(verdict_of("3b")));
+  CHECK(is_place(verdict_of("3c, 4d")));
+  CHECK(verdict_of("3d").named == Names{"coulomb_friction@suspension"});
+  CHECK(verdict_of("3e").named == Names{"coulomb_friction@suspension", "mass_error@body"});
+  CHECK(outcome_of(verdict_of("3e")) == "several");
+  CHECK(is<Insufficient>(verdict_of("1d, 4a")));
+  CHECK(is<AtTwoPlaces>(verdict_of("1d, 4b")));
+  CHECK(verdict_of("1d, 4b").named == Names{"unknown@sensor:travel", "unknown@suspension"});
+  CHECK(is<Exogenous>(verdict_of("1d, 4c")));
+  CHECK(verdict_of("1d, 4c").named == Names{"exogenous_force@body"});
+}
+
+TEST_CASE("probabilities lie below one, suspects lead with what is named, and locations are sorted") {
+  for (const auto& [row, evidence] : rows()) {
+    CAPTURE(row);
+    const Verdict verdict = decide(evidence);
+    for (const Suspect& suspect : verdict.suspects) {
+      CHECK(suspect.probability >= 0);
+      CHECK(suspect.probability < 1);
+    }
+    if (is<Effects>(verdict) || is<Parameters>(verdict) || is<Rounding>(verdict))
+      for (std::size_t i = 0; i < verdict.named.size(); ++i) CHECK(verdict.suspects[i].name() == verdict.named[i]);
+    for (std::size_t i = 1; !is<AtTwoPlaces>(verdict) && i < verdict.locations.size(); ++i)
+      CHECK(verdict.locations[i - 1].probability >= verdict.locations[i].probability);
+    for (const std::string& other : verdict.ambiguous_with)
+      CHECK(std::find(verdict.named.begin(), verdict.named.end(), other) == verdict.named.end());
+  }
+}
+
+TEST_CASE("evidence and thresholds come back from their files to the last bit, and with them the verdict") {
+  for (const auto& [row, evidence] : rows()) {
+    CAPTURE(row);
+    const std::string text = to_json(evidence).dump();
+    const Evidence again = evidence_from(JsonCursor::from(parse_json(text, "e"), "e"));
+    CHECK(to_json(again).dump() == text);
+    const Thresholds thresholds = thresholds_from(JsonCursor::from(to_json(Thresholds{}), "t"));
+    const Verdict first = decide(evidence), second = decide(again, thresholds);
+    CHECK(first.row == second.row);
+    CHECK(first.named == second.named);
+    REQUIRE(first.suspects.size() == second.suspects.size());
+    for (std::size_t i = 0; i < first.suspects.size(); ++i)
+      CHECK(first.suspects[i].probability == second.suspects[i].probability);
+  }
+}
+
+TEST_CASE("evidence that does not hold together is refused with its path") {
+  const auto refused = [](const std::function<void(Json&)>& spoil) {
+    Json file = to_json(two_effects());
+    spoil(file);
+    CHECK_THROWS_AS(evidence_from(JsonCursor::from(file, "e")), UserError);
+  };
+  refused([](Json& file) { file.erase("singles"); });
+  refused([](Json& file) { file["singles"][0]["chi2"] = "much"; });
+  refused([](Json& file) { file["singles"][0]["effects"] = Json::array(); });
+  refused([](Json& file) { file["places_needed"] = 2; });
+  refused([](Json& file) { file["more"] = 1; });
+  refused([](Json& file) {
+    file["freed"] = Json::array({to_json(rows()[1].second).at("freed")[0]});
+    file["freed"][0]["tolerance"] = 7;
+  });
+  CHECK_THROWS_AS(thresholds_from(JsonCursor::from(Json::parse(R"([{"name": "notise", "value": 1}])"), "t")),
+                  UserError);
+}
+
+TEST_CASE("a second effect is named where the pair is needed and either alone is not enough") {
+  Evidence evidence = two_effects();
+  Verdict verdict = decide(evidence);
+  CHECK(verdict.named == Names{"coulomb_friction@suspension", "tyre_damping@tyre"});
+  CHECK(std::get<Effects>(verdict.answer).pair);
+  CHECK(verdict.suspects[1].misfit == evidence.pairs[0].stage.misfit);
+  // One effect alone, fitted anew, is as good.
+  evidence.pairs[0].alone_chi2 = {evidence.samples * 1.011, evidence.samples * 4};
+  CHECK(decide(evidence).named.size() == 1);
+  // What remains of the first is as much as chance leaves.
+  evidence = two_effects();
+  evidence.singles[0] = single(evidence, "coulomb_friction", "suspension", 0.003);
+  evidence.pairs[0] = pair(evidence, "coulomb_friction", "tyre_damping", "suspension", "tyre", 0);
+  CHECK(decide(evidence).named == Names{"coulomb_friction@suspension"});
+  // At one place a second effect has to remove more.
+  evidence = two_effects();
+  evidence.pairs = {pair(evidence, "coulomb_friction", "bump_stop", "suspension", "suspension", 0.4)};
+  CHECK(decide(evidence).named.size() == 1);
+  evidence.pairs = {pair(evidence, "coulomb_friction", "tyre_damping", "suspension", "tyre", 0.4)};
+  CHECK(decide(evidence).named.size() == 2);
+}
+
+TEST_CASE("a parameter beside an effect is named by what it alone takes off, never by what a wrong form could") {
+  Evidence evidence = friction();
+  evidence.singles[0].freed = {freed(evidence, 1, 0.01)};
+  evidence.singles[0].prior_chi2 = 4;  // two tolerances: nothing is wrong with it
+  CHECK(decide(evidence).named.size() == 1);
+  evidence.singles[0].prior_chi2 = 200;
+  evidence.singles[0].chi2 += 200;
+  CHECK(decide(evidence).named == Names{"coulomb_friction@suspension", "damping_error@suspension"});
+  // Where the effect leaves much, its form is not the rig's, and the same tolerances may bend around that.
+  for (CandidateEvidence& candidate : evidence.singles) candidate.chi2 += 0.2 * evidence.samples;
+  evidence.singles[0].freed[0].chi2 += 0.2 * evidence.samples;
+  evidence.retuned_chi2 += evidence.samples;
+  CHECK(decide(evidence).named.size() == 1);
+}
+
+TEST_CASE("an answer from a place that another signal explains better loses its name") {
+  Evidence evidence = friction();
+  evidence.singles[0] = single(evidence, "crosstalk", "sensor:travel", 0.15);
+  evidence.places.push_back({"sensor:travel", {}, 8});
+  const Verdict verdict = decide(evidence);
+  CHECK(is_place(verdict));
+  CHECK(verdict.suspects.front().probability < 0.1);
+}
+
+TEST_CASE("channels in another unit are told wherever nothing is named") {
+  Evidence evidence = evidence_with_gap(1);
+  evidence.wrong_scales = {{"travel", 1000}};
+  CHECK_THAT(decide(evidence).message, Catch::Contains("travel reads 1e+03 times"));
+  evidence.singles = friction().singles;
+  CHECK(decide(evidence).message.empty());
+}
+
+TEST_CASE("every threshold has a unit, a meaning, an origin and a reason, and a name of its own") {
+  Names names;
+  for (const Json& own : to_json(Thresholds{})) {
+    CAPTURE(own.dump());
+    names.push_back(own.at("name"));
+    for (const char* key : {"unit", "meaning", "origin", "why"}) CHECK_FALSE(own.at(key).get<std::string>().empty());
+  }
+  std::sort(names.begin(), names.end());
+  CHECK(std::adjacent_find(names.begin(), names.end()) == names.end());
+}

@@ -1,0 +1,70 @@
+/// \file
+/// Synthetic evidence for tests of the verdict: a car of three sensors, 10,000 values, and a gap of a given size.
+#pragma once
+
+#include "core/gap/verdict/evidence.hpp"
+
+namespace wheelhop::test {
+
+/// A stage whose blocks all have one reduced chi-square.
+inline GapStage stage_at(double misfit) { return {misfit, {0.1, 0.1, 0.1}, Vector::Constant(14, misfit)}; }
+
+/// Re-tuning leaves `left` times the noise power, at three places that differ by a factor of three.
+inline Evidence evidence_with_gap(double left) {
+  Evidence evidence;
+  evidence.noise = {{1e-5, 0.01, 0.06}, "repeats of one drive", 0.01, 1};
+  evidence.samples = 10000;
+  evidence.channels = 3;
+  evidence.elements = {"suspension", "tyre"};
+  evidence.delivered = stage_at(1 + 3 * left);
+  evidence.retuned = stage_at(1 + left);
+  evidence.delivered_chi2 = evidence.samples * (1 + 3 * left);
+  evidence.retuned_chi2 = evidence.samples * (1 + left);
+  evidence.retuned_misfit = 1 + left;
+  const char* const names[] = {"body.mass_kg", "suspension.viscous_damper.damping_ns_per_m",
+                               "tyre.linear_spring.stiffness_n_per_m"};
+  const char* const effects[] = {"mass_error", "damping_error", "stiffness_error"};
+  const char* const places[] = {"body", "suspension", "tyre"};
+  for (int i = 0; i < 3; ++i) evidence.tolerances.push_back({names[i], effects[i], places[i], 0.1, 0.1, 0.1, 0.1});
+  evidence.tolerance_covariance = 0.01 * Matrix::Identity(3, 3);
+  evidence.places = {{"suspension", {}, 1}, {"guide:body", {}, 3}, {"tyre", {"actuator"}, 9}};
+  evidence.places_needed = 1;
+  return evidence;
+}
+
+/// An effect that leaves `left` times the noise power.
+inline CandidateEvidence single(const Evidence& evidence, const std::string& effect, const std::string& location,
+                                double left) {
+  CandidateEvidence candidate;
+  candidate.effects = {{effect, location, "form", {{"size", 1, 0}}, {}}};
+  candidate.chi2 = evidence.samples * (1 + left);
+  candidate.parameters = 4;
+  candidate.misfit = 1 + left;
+  candidate.stage = stage_at(1 + left);
+  const double value = 1 - left / std::max(evidence.retuned.misfit - 1, 1e-9);
+  candidate.closure = {value, value - 0.02, value + 0.01};
+  return candidate;
+}
+
+inline CandidateEvidence pair(const Evidence& evidence, const std::string& first, const std::string& second,
+                              const std::string& first_at, const std::string& second_at, double left) {
+  CandidateEvidence both = single(evidence, first, first_at, left);
+  both.effects.push_back({second, second_at, "form", {{"size", 1, 0}}, {}});
+  both.parameters = 5;
+  return both;
+}
+
+/// A parameter set free of its tolerance. @param left of the noise power
+inline FreedEvidence freed(const Evidence& evidence, std::size_t tolerance, double left) {
+  FreedEvidence out;
+  out.tolerance = tolerance;
+  out.chi2 = evidence.samples * (1 + left);
+  out.stage = stage_at(1 + left);
+  out.closure_of_delivered = out.closure_of_retuned = {0.99, 0.98, 1};
+  out.fitted = {evidence.tolerances[tolerance].parameter, 2, 0.1};
+  out.theta = {0.1, 0.1, 0.1};
+  out.z = {0.1, 0.1, 0.1};
+  return out;
+}
+
+}  // namespace wheelhop::test
