@@ -9,6 +9,8 @@ wheelhop_tests(experiments wheelhop_experiments
   end_to_end/blind.cpp
   lemma/blind_truth.cpp
   lemma/blind_effects.cpp
+  lemma/blind_added.cpp
+  lemma/blind_mixed.cpp
   end_to_end/blind_make.cpp
   lemma/comparison.cpp
   lemma/experiment.cpp

@@ -53,6 +53,7 @@ Json entry(const Prepared& prepared, Json name) {
   if (reachable) {
     out["gap_sigma"] = prepared.gap_sigma;
     out["gap_delivered_sigma"] = prepared.delivered_sigma;
+    if (spec.case_class == "mixed") out["gap_parameter_sigma"] = prepared.parameter_sigma;
   } else {
     out["why"] = prepared.unreachable;
   }

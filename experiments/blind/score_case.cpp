@@ -119,6 +119,9 @@ std::string fault_of(const Judged& judged) {
     case CaseKind::twofold:
       if (!judged.all_named) return judged.first ? "one of two" : "misnamed";
       break;
+    case CaseKind::mixed:
+      if (judged.all_named) break;
+      return judged.effect_named ? "only the effect" : judged.parameter_named ? "only the parameter" : "misnamed";
     default:
       if (!judged.first) return judged.flagged ? "flagged as unknown" : "misnamed";
   }
@@ -167,7 +170,10 @@ Judged judge(const TrueCase& truth, Answer given) {
     judged.first = judged.first || (!answer.named.empty() && is(answer.named.front()));
     const auto two = answer.ranking.begin() + std::min<std::ptrdiff_t>(2, std::ssize(answer.ranking));
     judged.in_first_two = judged.in_first_two || std::any_of(answer.ranking.begin(), two, is);
-    named += std::any_of(answer.named.begin(), answer.named.end(), is);
+    const bool is_among_named = std::any_of(answer.named.begin(), answer.named.end(), is);
+    named += is_among_named;
+    if (judged.truth.kind == CaseKind::mixed)
+      (is_wrong_parameter(effect) ? judged.parameter_named : judged.effect_named) = is_among_named;
     in_set += std::any_of(reported.begin(), reported.end(), is);
   }
   judged.all_named = answered && named == truth.effects.size();

@@ -39,16 +39,18 @@ Answer load_answer(const std::filesystem::path& folder, const std::string& name)
 struct Judged {
   TrueCase truth;  ///< the kind is left_out where the answer was made so
   Answer answer;
-  bool where = false;         ///< location named = a true one
-  bool where_in_set = false;  ///< a true one is among those that no record can tell from the one named
-  bool alarm = false;         ///< a gap is claimed
-  bool flagged = false;       ///< unknown@... is named
-  bool first = false;         ///< the first name is a true effect at its place
-  bool in_first_two = false;  ///< a true effect is first or second of the ranking
-  bool in_set = false;        ///< every true effect is in the reported set
-  bool all_named = false;     ///< every true effect is named, in any order
-  int extras = 0;             ///< names that are no true effect; of an unknown truth, unknown@... is none
-  std::string fault;          ///< why the case counts as wrong; empty where it is right
+  bool where = false;            ///< location named = a true one
+  bool where_in_set = false;     ///< a true one is among those that no record can tell from the one named
+  bool alarm = false;            ///< a gap is claimed
+  bool flagged = false;          ///< unknown@... is named
+  bool first = false;            ///< the first name is a true effect at its place
+  bool in_first_two = false;     ///< a true effect is first or second of the ranking
+  bool in_set = false;           ///< every true effect is in the reported set
+  bool all_named = false;        ///< every true effect is named, in any order
+  bool effect_named = false;     ///< of a mixed case: the effect of the catalogue is named
+  bool parameter_named = false;  ///< of a mixed case: the wrong parameter is named
+  int extras = 0;                ///< names that are no true effect; of an unknown truth, unknown@... is none
+  std::string fault;             ///< why the case counts as wrong; empty where it is right
 
   // Measured on noise-free records: empty where there are none (or no plant files), -infinity where a run fails.
   std::optional<double> true_closure, beyond_closure;

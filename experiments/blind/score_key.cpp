@@ -10,10 +10,6 @@ namespace {
 
 constexpr double kMedium = 0.7, kStrong = 2;  // gaps over the noise at which a strength begins
 
-bool is_parameter(const std::string& effect) {
-  return effect == "mass_error" || effect == "stiffness_error" || effect == "damping_error";
-}
-
 TrueEffect read_effect(const JsonCursor& cursor) {
   TrueEffect effect;
   effect.effect = cursor.at("effect").string();
@@ -30,16 +26,19 @@ TrueEffect read_effect(const JsonCursor& cursor) {
 CaseKind kind_of(const JsonCursor& cursor, const std::vector<TrueEffect>& effects) {
   std::string name = effects.empty() ? "none" : effects.size() > 1 ? "double" : "single";
   if (const auto given = cursor.find("class")) {
-    const bool none = given->one_of({"none", "single", "parameter", "unknown", "open", "double"}) == "none";
-    const bool two = given->string() == "double";
+    const bool none = given->one_of({"none", "single", "parameter", "unknown", "open", "double", "mixed"}) == "none";
+    const bool mixed = given->string() == "mixed", two = mixed || given->string() == "double";
     if (none != effects.empty() || two != (effects.size() > 1))
       given->fail("a class that fits " + std::to_string(effects.size()) + " effects");
+    if (mixed && (effects.size() != 2 || std::count_if(effects.begin(), effects.end(), is_wrong_parameter) != 1))
+      given->fail("a class that fits the effects: of a mixed case one of two is a parameter");
     name = given->string();
   }
   if (name == "none") return CaseKind::none;
   if (name == "double") return CaseKind::twofold;
+  if (name == "mixed") return CaseKind::mixed;
   if (name == "unknown" || name == "open" || !effects.front().in_catalogue) return CaseKind::unknown;
-  return name == "parameter" || is_parameter(effects.front().effect) ? CaseKind::parameter : CaseKind::single;
+  return name == "parameter" || is_wrong_parameter(effects.front()) ? CaseKind::parameter : CaseKind::single;
 }
 
 TrueCase read_case(const JsonCursor& cursor) {
@@ -68,8 +67,13 @@ std::string to_string(CaseKind kind) {
     case CaseKind::parameter: return "parameter";
     case CaseKind::unknown: return "unknown";
     case CaseKind::twofold: return "double";
+    case CaseKind::mixed: return "mixed";
     default: return "left_out";
   }
+}
+
+bool is_wrong_parameter(const TrueEffect& effect) {
+  return effect.effect == "mass_error" || effect.effect == "stiffness_error" || effect.effect == "damping_error";
 }
 
 std::filesystem::path key_file(const std::filesystem::path& key) {

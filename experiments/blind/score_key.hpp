@@ -9,8 +9,9 @@
 
 namespace wheelhop::scoring {
 
-/// What a case asks of the answer. `left_out` is a single effect whose family was taken out of the catalogue.
-enum class CaseKind { none, single, parameter, unknown, twofold, left_out };
+/// What a case asks of the answer. `mixed` is an effect and a wrong parameter; `left_out` a single effect whose
+/// family was taken out of the catalogue.
+enum class CaseKind { none, single, parameter, unknown, twofold, mixed, left_out };
 std::string to_string(CaseKind kind);
 
 struct TrueEffect {
@@ -32,13 +33,16 @@ struct TrueCase {
 };
 
 /// Reads `key.json`, or the one in a folder: an array of `{"case", "class", "effects": [{"effect", "location"}]}`. The
-/// class is `none`, `single`, `parameter`, `unknown` (or `open`) or `double`; without it, and for `single`, the effects
-/// tell: a `mass_error`, `stiffness_error` or `damping_error` is a parameter, `"in_catalogue": false` an unknown.
-/// Optional: `set`, `strength_class` (else by `gap_sigma`), `drive`, `plant`, and of an effect `form` and
-/// `catalogue_form` (else: whether the form is called "catalogue"); other keys are the generator's own. Entries whose
-/// case is null were not made and are left out. UserError for a mistake in any of them, a case twice, a class that its
-/// effects belie.
+/// class is `none`, `single`, `parameter`, `unknown` (or `open`), `double` or `mixed` (one of its two effects is a
+/// parameter); without it, and for `single`, the effects tell: a `mass_error`, `stiffness_error` or `damping_error` is
+/// a parameter, `"in_catalogue": false` an unknown. Optional: `set`, `strength_class` (else by `gap_sigma`), `drive`,
+/// `plant`, and of an effect `form` and `catalogue_form` (else: whether the form is called "catalogue"); other keys are
+/// the generator's own. Entries whose case is null were not made and are left out. UserError for a mistake in any of
+/// them, a case twice, a class that its effects belie.
 std::vector<TrueCase> load_key(const std::filesystem::path& key);
+
+/// mass_error, stiffness_error or damping_error.
+bool is_wrong_parameter(const TrueEffect& effect);
 
 /// The file that load_key reads.
 std::filesystem::path key_file(const std::filesystem::path& key);

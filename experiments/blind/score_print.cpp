@@ -45,11 +45,19 @@ void print_targets(const std::vector<Group>& groups) {
 }
 
 void print_groups(const std::vector<Group>& groups) {
-  const std::vector<std::pair<std::string, std::string>> columns = {
-      {"where_top1", "where"},          {"which_top1", "which"},        {"which_top2", "of 2"},
-      {"set_contains_truth", "in set"}, {"mean_set_size", "size"},      {"false_alarm", "alarms"},
-      {"missed_gap", "missed"},         {"unknown_flagged", "unknown"}, {"double_both_named", "double"},
-      {"closure_reported", "closure"},  {"closure_true", "true"},       {"ece", "ECE"}};
+  const std::vector<std::pair<std::string, std::string>> columns = {{"where_top1", "where"},
+                                                                    {"which_top1", "which"},
+                                                                    {"which_top2", "of 2"},
+                                                                    {"set_contains_truth", "in set"},
+                                                                    {"mean_set_size", "size"},
+                                                                    {"false_alarm", "alarms"},
+                                                                    {"missed_gap", "missed"},
+                                                                    {"unknown_flagged", "unknown"},
+                                                                    {"double_both_named", "double"},
+                                                                    {"mixed_both_named", "mixed"},
+                                                                    {"closure_reported", "closure"},
+                                                                    {"closure_true", "true"},
+                                                                    {"ece", "ECE"}};
   fmt::print("\n{:<24} {:>5}", "cases", "n");
   for (const auto& [key, title] : columns) fmt::print(" {:>7}", title);
   fmt::print("\n");

@@ -31,7 +31,8 @@ bool is_parameter(const Judged& judged) { return is(judged, CaseKind::parameter)
 bool is_unknown(const Judged& judged) { return is(judged, CaseKind::unknown); }
 bool is_left_out(const Judged& judged) { return is(judged, CaseKind::left_out); }
 bool is_double(const Judged& judged) { return is(judged, CaseKind::twofold); }
-bool has_one_place(const Judged& judged) { return !is_none(judged) && !is_double(judged); }
+bool is_mixed(const Judged& judged) { return is(judged, CaseKind::mixed); }
+bool has_one_place(const Judged& judged) { return !is_none(judged) && !is_double(judged) && !is_mixed(judged); }
 /// Not of a parameter: a small one goes in the tolerances, and no gap is the right answer.
 bool must_be_seen(const Judged& judged) { return !is_none(judged) && !is_parameter(judged); }
 
@@ -76,6 +77,9 @@ const std::vector<RateRule>& rate_rules() {
       {"left_out_located", "family left out: the place is right", is_left_out, [](J j) { return j.where; }},
       {"double_both_named", "two effects: both named", is_double, [](J j) { return j.all_named; }},
       {"double_first_right", "two effects: the first name is right", is_double, [](J j) { return j.first; }},
+      {"mixed_both_named", "mixed: both named", is_mixed, [](J j) { return j.all_named; }},
+      {"mixed_effect_named", "mixed: the effect named", is_mixed, [](J j) { return j.effect_named; }},
+      {"mixed_parameter_named", "mixed: the parameter named", is_mixed, [](J j) { return j.parameter_named; }},
       {"closure_ci90_covers", "closure: true value in the 90 % interval",
        [](J j) {
          return must_be_seen(j) && claims_effect(j.answer) && j.true_closure && j.answer.closure_low &&
@@ -99,6 +103,7 @@ const std::vector<ValueRule>& value_rules() {
       {"single_extras", "one effect: false names beside it, mean", false,
        [](J j) { return when(is_single(j), j.answer.named.empty() || j.first ? j.extras : j.extras - 1); }},
       {"double_extras", "two effects: false names, mean", false, [](J j) { return when(is_double(j), j.extras); }},
+      {"mixed_extras", "mixed: false names, mean", false, [](J j) { return when(is_mixed(j), j.extras); }},
       {"closure_reported", "closure: reported, median", true, reported_closure},
       {"closure_reported_catalogue_form", "closure: reported, catalogue form", true,
        [](J j) { return when(is_single(j) && catalogue_form(j), reported_closure(j)); }},
@@ -111,6 +116,7 @@ const std::vector<ValueRule>& value_rules() {
        [](J j) { return when(is_single(j) && other_form(j), j.true_closure); }},
       {"closure_true_double", "closure: true, two effects", true,
        [](J j) { return when(is_double(j), j.true_closure); }},
+      {"closure_true_mixed", "closure: true, mixed", true, [](J j) { return when(is_mixed(j), j.true_closure); }},
       {"closure_beyond", "closure: true beyond the envelope", true,
        [](J j) { return when(is_single(j), j.beyond_closure); }}};
   return rules;

@@ -7,6 +7,9 @@ namespace wheelhop::blind {
 
 namespace {
 
+/// Before a mass: between it and the ground.
+const std::string guide_prefix = "guide:";
+
 std::vector<EffectKind> joined(std::initializer_list<std::vector<EffectKind>> lists) {
   std::vector<EffectKind> all;
   for (const std::vector<EffectKind>& list : lists) all.insert(all.end(), list.begin(), list.end());
@@ -21,7 +24,13 @@ const std::vector<EffectKind>& effect_kinds(Family family) {
               textbook_kinds(), textbook_path_kinds()});
   static const std::vector<EffectKind> unknown = joined({unknown_strut_kinds(), unknown_mass_kinds()});
   static const std::vector<EffectKind> parameter = parameter_kinds();
-  return family == Family::catalogue ? catalogue : family == Family::unknown ? unknown : parameter;
+  static const std::vector<EffectKind> added = joined({added_plant_kinds(), added_path_kinds()});
+  switch (family) {
+    case Family::catalogue: return catalogue;
+    case Family::unknown: return unknown;
+    case Family::parameter: return parameter;
+    default: return added;
+  }
 }
 
 std::vector<std::string> struts(const Plan& plan) {
@@ -49,12 +58,30 @@ std::vector<std::string> all_masses(const Plan& plan) {
   return names;
 }
 
+std::vector<std::string> guides(const Plan& plan) {
+  const auto is_ground = [&](Index node) {
+    const Node& end = plan.nodes[static_cast<std::size_t>(node)];
+    return end.weights.empty() && end.input < 0;
+  };
+  std::vector<std::string> names;
+  for (const std::string& mass : all_masses(plan)) {
+    const Index i = mass_at(plan, mass);
+    const bool guided = std::any_of(plan.elements.begin(), plan.elements.end(), [&](const PlanElement& element) {
+      return (element.from == i && is_ground(element.to)) || (element.to == i && is_ground(element.from));
+    });
+    if (!guided) names.push_back(guide_prefix + mass);
+  }
+  return names;
+}
+
 std::vector<std::string> actuators(const Plan& plan) {
   if (plan.inputs.size() == 1) return {"actuator"};
   std::vector<std::string> names;
   for (const PlanInput& input : plan.inputs) names.push_back("actuator:" + input.name);
   return names;
 }
+
+std::vector<std::string> timebase(const Plan&) { return {"timebase"}; }
 
 std::vector<std::string> sensor_places(const Plan& plan) {
   std::vector<std::string> names;
@@ -77,7 +104,8 @@ Index element_at(const Plan& plan, const std::string& place) {
   return position(plan.elements, place, [](const PlanElement& e) { return e.name; });
 }
 Index mass_at(const Plan& plan, const std::string& place) {
-  return position(plan.masses, place, [](const std::string& name) { return name; });
+  const std::string mass = place.starts_with(guide_prefix) ? place.substr(guide_prefix.size()) : place;
+  return position(plan.masses, mass, [](const std::string& name) { return name; });
 }
 Index input_at(const Plan& plan, const std::string& place) {
   return position(plan.inputs, place, [&](const PlanInput& input) {

@@ -14,13 +14,14 @@ namespace wheelhop::blind {
 /// What the rig without the effect does under the drive of the case: effects scale their shapes by it.
 struct Surroundings {
   const Plan* plan = nullptr;
-  Vector theta;  ///< true parameters
-  std::vector<Extent> elements, masses;
-  Vector sensor_rms, sensor_std;       ///< p; the second about the mean
-  Vector input_peak, input_speed_rms;  ///< m, over the record
-  Vector static_load_n;                ///< by element
-  double band_hz = 25;                 ///< highest frequency of the drive
+  Vector theta = {};  ///< true parameters
+  std::vector<Extent> elements = {}, masses = {};
+  Vector sensor_rms = {}, sensor_std = {};       ///< p; the second about the mean
+  Vector input_peak = {}, input_speed_rms = {};  ///< m, over the record
+  Vector static_load_n = {};                     ///< by element
+  double band_hz = 25;                           ///< highest frequency of the drive
   double duration_s = 40;
+  Vector sensor_rate_rms = {};  ///< p, of the change of a reading in a second
 };
 
 /// Between command and plant: the command is read at t * rate - delay, then `change` works on its samples.
@@ -42,6 +43,7 @@ struct TrueEffect {
   std::vector<SensorStep> sensors = {};
   std::vector<std::pair<Index, double>> quanta = {};   ///< converter steps by sensor, applied after the noise
   std::vector<std::pair<Index, double>> factors = {};  ///< of true parameters
+  double recorder_rate = 1;  ///< true seconds between two samples of the recorder, over its nominal interval
 };
 
 /// An effect whose form is drawn. The effect grows with `size`, from `smallest` to the largest that is physical.
@@ -59,7 +61,9 @@ struct EffectKind {
   bool catalogue_form = false;  ///< the formula is one that a diagnosis may well hold
 };
 
-enum class Family { catalogue, unknown, parameter };
+/// `added` are kinds of catalogue effects that came after the first sets of cases had been sealed. They stand apart
+/// because the number of a case, and with it all that is random in it, counts the kinds before it.
+enum class Family { catalogue, unknown, parameter, added };
 
 /// The kinds of a family, in a fixed order.
 const std::vector<EffectKind>& effect_kinds(Family family);
@@ -76,14 +80,18 @@ std::vector<EffectKind> textbook_path_kinds();
 std::vector<EffectKind> unknown_strut_kinds();
 std::vector<EffectKind> unknown_mass_kinds();
 std::vector<EffectKind> parameter_kinds();
+std::vector<EffectKind> added_plant_kinds();
+std::vector<EffectKind> added_path_kinds();
 
 std::vector<std::string> struts(const Plan& plan);          ///< elements with spring and damper away from the drive
 std::vector<std::string> driven_springs(const Plan& plan);  ///< elements at a displacement input: tyres
 std::vector<std::string> all_masses(const Plan& plan);      ///< that are nodes of an element (no coordinates of points)
+std::vector<std::string> guides(const Plan& plan);          ///< `guide:MASS` where no element joins mass and ground
 std::vector<std::string> actuators(const Plan& plan);       ///< `actuator`, or `actuator:INPUT` where there are several
 std::vector<std::string> sensor_places(const Plan& plan);
+std::vector<std::string> timebase(const Plan& plan);
 Index element_at(const Plan& plan, const std::string& place);
-Index mass_at(const Plan& plan, const std::string& place);
+Index mass_at(const Plan& plan, const std::string& place);  ///< of `MASS` or `guide:MASS`
 Index input_at(const Plan& plan, const std::string& place);
 Index sensor_at(const Plan& plan, const std::string& place);
 

@@ -98,8 +98,6 @@ std::optional<Formed> servo_speed(const Surroundings& rig, const std::string& pl
                 }};
 }
 
-std::vector<std::string> timebase(const Plan&) { return {"timebase"}; }
-
 std::optional<Formed> skew(const Surroundings& rig, const std::string&, Random& random) {
   const double sign = either_sign(random);
   const auto inputs = static_cast<Index>(rig.plan->inputs.size());

@@ -18,6 +18,7 @@ struct Prepared {
   Vector noise_std;            ///< p
   double gap_sigma = 0;        ///< left by re-tuning, RMS over the noise's, pooled over channels; 0 for class parameter
   double delivered_sigma = 0;  ///< left by the plant as delivered
+  double parameter_sigma = 0;  ///< class mixed: left by re-tuning all parameters but the wrong one
   std::string unreachable;     ///< why there is no such case; empty where there is one
 };
 

@@ -68,6 +68,18 @@ double Retuning::left_of(const Matrix& change, int rounds) const {
   return rms(left);
 }
 
+double Retuning::left_holding(Index parameter) const {
+  const Index n = off_.size();
+  // Pulled to the delivered value with all its weight, the parameter stays there.
+  constexpr double held = 1e12;
+  Matrix normal = tangents_.transpose() * tangents_ + Matrix::Identity(n, n);
+  Vector pull = off_;
+  const double weight = held * normal(parameter, parameter);
+  normal(parameter, parameter) += weight;
+  pull(parameter) += weight * off_(parameter);
+  return rms(tangents_ * Eigen::LDLT<Matrix>(normal).solve(pull));
+}
+
 double Retuning::delivered(const Matrix& change) const { return rms(misfit(change, off_)); }
 
 }  // namespace wheelhop::blind

@@ -23,6 +23,9 @@ class Retuning {
   double left_of(const Matrix& change, int rounds) const;
   /// What the plant as delivered leaves of base + change.
   double delivered(const Matrix& change) const;
+  /// What re-tuning all other parameters leaves of the outputs `base` where this one stays as delivered, by the
+  /// tangents alone: how much of a wrong parameter the others cannot take over.
+  double left_holding(Index parameter) const;
 
  private:
   Vector scaled(const Matrix& change) const;

@@ -7,6 +7,7 @@
 #include "core/data/records.hpp"
 #include "core/plant/dataset.hpp"
 #include "experiments/blind/make.hpp"
+#include "experiments/blind/score_key.hpp"
 #include "experiments/rig/sha256.hpp"
 #include "tests/support/folder.hpp"
 
@@ -104,6 +105,30 @@ TEST_CASE("a set of blind cases is the same bytes whatever the number of threads
     CHECK(gap == Approx(entry["gap_delivered_sigma"].get<double>()).epsilon(0.2));
     CHECK(entry["gap_sigma"].get<double>() < 0.1);
   }
+}
+
+TEST_CASE("the key of a mixed case names its effect and its parameter, and what each leaves") {
+  const test::Folder folder;
+  const fs::path config = config_in(folder, {friction},
+                                    {{"class", "mixed"},
+                                     {"effects", {"damper_asymmetry"}},
+                                     {"parameters", {"stiffness_error@mount"}},
+                                     {"strengths", {"medium"}}});
+  REQUIRE(run_blind_make({config, folder / "out", folder / "key", {}, 1, true}) == 0);
+  const Json entry = parse_json(read_file(folder / "key" / "key.json"), "key.json").at(0);
+  CAPTURE(entry.dump());
+  CHECK(entry["class"] == "mixed");
+  REQUIRE(entry["effects"].size() == 2);
+  CHECK(entry["effects"][0]["effect"] == "damper_asymmetry");
+  CHECK(entry["effects"][1]["effect"] == "stiffness_error");
+  for (const Json& effect : entry["effects"]) CHECK(effect["location"] == "mount");
+  CHECK(std::abs(entry["effects"][1]["strength"].get<double>()) > 4 * 0.03);  // tolerances of the mount's spring
+  CHECK(entry["gap_sigma"].get<double>() > 0.7);
+  CHECK(entry["gap_parameter_sigma"].get<double>() > 0.1);
+  CHECK(entry["gap_delivered_sigma"].get<double>() > entry["gap_sigma"].get<double>());
+  const std::vector<scoring::TrueCase> read = scoring::load_key(folder / "key");
+  REQUIRE(read.size() == 1);
+  CHECK(read.front().kind == scoring::CaseKind::mixed);
 }
 
 TEST_CASE("another seed makes other cases") {

@@ -27,7 +27,8 @@ blind::Surroundings surroundings(const blind::Plan& plan) {
           Vector::Constant(1, 0.15),
           blind::static_loads(plan),
           25,
-          40};
+          40,
+          Vector::Constant(3, 20)};
 }
 
 /// An effect of the kind at its place, at a share of the way from the smallest to the largest size (in logarithm).
@@ -163,7 +164,7 @@ TEST_CASE("a tyre's power law keeps its stiffness at rest and stiffens under loa
 
 TEST_CASE("every effect vanishes with its size: at the smallest, hardly any force differs") {
   const blind::Plan plan = quarter_car();
-  for (const auto family : {blind::Family::catalogue, blind::Family::unknown})
+  for (const auto family : {blind::Family::catalogue, blind::Family::unknown, blind::Family::added})
     for (const auto& kind : blind::effect_kinds(family)) {
       CAPTURE(kind.form);
       const auto effect = made(plan, kind, 0);
@@ -180,7 +181,8 @@ TEST_CASE("every effect vanishes with its size: at the smallest, hardly any forc
 TEST_CASE("forms have names of their own, and every kind of effect stands somewhere on a quarter car") {
   const blind::Plan plan = quarter_car();
   std::vector<std::string> forms;
-  for (const auto family : {blind::Family::catalogue, blind::Family::unknown, blind::Family::parameter})
+  for (const auto family :
+       {blind::Family::catalogue, blind::Family::unknown, blind::Family::parameter, blind::Family::added})
     for (const auto& kind : blind::effect_kinds(family)) {
       CAPTURE(kind.form);
       CHECK_FALSE(kind.places(plan).empty());

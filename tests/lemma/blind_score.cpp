@@ -154,6 +154,55 @@ TEST_CASE("every case counts, and each score counts the cases it is about") {
         std::vector<std::pair<std::string, std::string>>{{"hysteresis", "hysteresis"}, {"clock_skew", "bias"}});
 }
 
+TEST_CASE("of an effect and a wrong parameter each counts by itself, and both together") {
+  const Folder folder;
+  say(folder, "both", {{"stiffness_error@tyre", "hysteresis@suspension"}});
+  say(folder, "effect", {{"hysteresis@suspension", "bias@sensor:travel"}});
+  say(folder, "parameter", {{"mass_error@body"}});
+  say(folder, "neither", {{"mass_error@wheel", "hysteresis@tyre"}});
+  Json key = {truth("both", {"hysteresis@suspension", "stiffness_error@tyre"}),
+              truth("effect", {"hysteresis@suspension", "stiffness_error@tyre"}),
+              truth("parameter", {"bias@sensor:travel", "mass_error@body"}),
+              truth("neither", {"hysteresis@suspension", "mass_error@body"}),
+              truth("absent", {"hysteresis@suspension", "mass_error@body"})};
+  for (Json& one : key) one["class"] = "mixed";
+  const std::vector<Judged> judged = judge_folder(folder, key);
+  const Group all = score_groups(judged).front();
+  check(all, "mixed_both_named", 1, 5);
+  check(all, "mixed_effect_named", 2, 5);
+  check(all, "mixed_parameter_named", 2, 5);
+  CHECK(all.score("mixed_extras").value == Approx(3.0 / 5));  // a bias, and two of the case without a right name
+  CHECK(all.score("mixed_extras").n == 5);
+  check(all, "missed_gap", 1, 5);
+  for (const char* other : {"double_both_named", "parameter_named", "which_top1", "where_top1"})
+    check(all, other, 0, 0);
+  CHECK(judged[0].fault.empty());
+  CHECK(judged[1].fault == "only the effect");
+  CHECK(judged[2].fault == "only the parameter");
+  CHECK(judged[3].fault == "misnamed");
+  CHECK(judged[4].fault == "no answer");
+}
+
+TEST_CASE("two effects without a class are a double, and a mixed case has one parameter among two effects") {
+  const Folder folder;
+  const auto kind = [&](const std::vector<std::string>& effects, const Json& change) {
+    Json one = truth("a", effects);
+    one.update(change);
+    write_json(folder / "key.json", Json::array({one}));
+    return load_key(folder.path()).front().kind;
+  };
+  const Json mixed = {{"class", "mixed"}};
+  CHECK(kind({"bias@sensor:travel", "mass_error@body"}, Json::object()) == CaseKind::twofold);
+  CHECK(kind({"bias@sensor:travel", "mass_error@body"}, mixed) == CaseKind::mixed);
+  for (const std::vector<std::string>& effects : {std::vector<std::string>{"bias@sensor:travel", "drift@sensor:travel"},
+                                                  {"mass_error@wheel", "mass_error@body"},
+                                                  {"mass_error@body"}}) {
+    Json one = truth("a", effects);
+    one.update(mixed);
+    CHECK_THAT(refusal(folder, Json::array({one}).dump()), Contains("$[0].class"));
+  }
+}
+
 TEST_CASE(
     "an answer made without the family of the truth is right where it says unknown, and not where it names a rival") {
   const Folder folder;

@@ -1,0 +1,96 @@
+// Effects of sensors and of the recorder's clock that came after the first sets of cases had been sealed.
+#include <algorithm>
+#include <cmath>
+
+#include "experiments/rig/effects.hpp"
+
+namespace wheelhop::blind {
+namespace {
+
+/// Toward a limit: x / (1 + |x / limit|^power)^(1 / power).
+double bent(double x, double limit, double power) {
+  return x / std::pow(1 + std::pow(std::abs(x / limit), power), 1 / power);
+}
+
+/// How sharply an amplifier meets its supply: from an early bend to nearly a corner.
+double drawn_power(Random& random) { return log_between(random, 4, 12); }
+
+std::string reading_unit(const Surroundings& rig, Index sensor) {
+  return rig.plan->sensors[static_cast<std::size_t>(sensor)].unit;
+}
+
+/// Sizes of clips are the RMS of the reading over the limit: from five times the RMS, which a Gaussian reading hardly
+/// ever reaches, down to less than the RMS.
+constexpr double least_clip = 0.2, most_clip = 1.3;
+
+template <class Clip>
+std::optional<Formed> clipped(const Surroundings& rig, const std::string& place, Clip clip) {
+  const Index i = sensor_at(*rig.plan, place);
+  const double level = rig.sensor_rms(i);
+  if (!(level > 0)) return std::nullopt;
+  return Formed{least_clip, most_clip, [=, unit = reading_unit(rig, i)](double size) {
+                  const double limit = level / size;
+                  const auto step = [=](Matrix& y, Index, double) {
+                    for (double& value : y.row(i)) value = clip(value, limit);
+                  };
+                  return TrueEffect{.strength = limit, .unit = unit, .sensors = {step}};
+                }};
+}
+
+std::optional<Formed> soft_clip(const Surroundings& rig, const std::string& place, Random& random) {
+  return clipped(rig, place,
+                 [power = drawn_power(random)](double value, double limit) { return bent(value, limit, power); });
+}
+
+std::optional<Formed> hard_clip(const Surroundings& rig, const std::string& place, Random&) {
+  return clipped(rig, place, [](double value, double limit) { return std::clamp(value, -limit, limit); });
+}
+
+/// Sizes of slew limits are the RMS of the reading's rate over the limit.
+constexpr double least_slew = 0.2, most_slew = 2;
+
+/// Follows the reading from sample to sample, by at most what `bounded` makes of the rate wanted.
+template <class Bounded>
+std::optional<Formed> slewed(const Surroundings& rig, const std::string& place, Bounded bounded) {
+  const Index i = sensor_at(*rig.plan, place);
+  const double level = rig.sensor_rate_rms(i);
+  if (!(level > 0)) return std::nullopt;
+  return Formed{least_slew, most_slew, [=, unit = reading_unit(rig, i)](double size) {
+                  const double limit = level / size;
+                  const auto step = [=](Matrix& y, Index, double rate) {
+                    for (Index k = 1; k < y.cols(); ++k)
+                      y(i, k) = y(i, k - 1) + bounded((y(i, k) - y(i, k - 1)) * rate, limit) / rate;
+                  };
+                  return TrueEffect{.strength = limit, .unit = unit + "/s", .sensors = {step}};
+                }};
+}
+
+std::optional<Formed> soft_slew(const Surroundings& rig, const std::string& place, Random& random) {
+  return slewed(rig, place,
+                [power = drawn_power(random)](double wanted, double limit) { return bent(wanted, limit, power); });
+}
+
+std::optional<Formed> hard_slew(const Surroundings& rig, const std::string& place, Random&) {
+  return slewed(rig, place, [](double wanted, double limit) { return std::clamp(wanted, -limit, limit); });
+}
+
+/// The recorder's quartz is off: its samples lie further apart, or less far, than it says. The command it writes is
+/// that of the drive's own, right clock.
+std::optional<Formed> recorder_clock(const Surroundings&, const std::string&, Random& random) {
+  const double sign = either_sign(random);
+  return Formed{1e-7, 5e-3, [=](double size) {
+                  return TrueEffect{.strength = sign * size, .unit = "-", .recorder_rate = 1 + sign * size};
+                }};
+}
+
+}  // namespace
+
+std::vector<EffectKind> added_path_kinds() {
+  return {{"saturation", "reading that bends toward its end", sensor_places, soft_clip},
+          {"saturation", "reading cut at its end", sensor_places, hard_clip, true},
+          {"rate_limit", "reading whose rate bends toward a bound", sensor_places, soft_slew},
+          {"rate_limit", "reading of bounded rate", sensor_places, hard_slew, true},
+          {"clock_skew", "clock of the recorder", timebase, recorder_clock}};
+}
+
+}  // namespace wheelhop::blind
