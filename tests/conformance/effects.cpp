@@ -145,6 +145,49 @@ TEST_CASE("the screen finds the effect that is missing, at its place, and nothin
     if (screened.candidate + 1 == candidates.size()) CHECK(screened.gain < 0.05 * order[0].gain);
 }
 
+TEST_CASE("the screen sees an accelerometer whose range ends too soon, by readings that end at one size") {
+  Case c = make_case(quarter_car_text, 0.01);
+  Plant truth = c.plant;
+  truth.sensors[1].path.saturation = 0.55 * c.operation.output_peak(1);
+  c.record.quantum.setZero();
+  c.record.y = simulate_measured(truth, c.record.drive, {.decimation = c.record.ratio}).outputs;
+  c.record.weight_std = 0.001 * (c.record.y.rowwise().norm() / std::sqrt(200.0));
+  REQUIRE(operation_of(c.plant, {c.record}, {c.rest}, c.operation));
+  CHECK(c.operation.output_ceiling(1) == Approx(truth.sensors[1].path.saturation));
+  const PlantFit base = fit_plant(c.plant, {}, {c.record}, *make_levenberg_marquardt({}), {8});
+  REQUIRE(base.error.size() == 1);
+  const std::vector<EffectCandidate> candidates = effect_candidates(base.plant, c.operation);
+  const std::vector<Screened> order = screen(base, {c.record}, candidates);
+  CHECK(candidates[order[0].candidate].effect == "saturation");
+  CHECK(candidates[order[0].candidate].location == "sensor:body_acc");
+  CHECK(order[0].gain > 0.9 * 0.5 * base.residual.squaredNorm());
+}
+
+TEST_CASE("a sensor is offered a range, a limited rate and a lag of either order where its path has none") {
+  const Case c = make_case(quarter_car_text, 0.005);
+  const auto offered = [&](const Plant& plant) {
+    std::set<std::string> forms;
+    for (const EffectCandidate& candidate : effect_candidates(plant, c.operation))
+      if (candidate.location == "sensor:body_acc" && candidate.effect != "crosstalk")
+        forms.insert(candidate.effect + ", " + candidate.form);
+    return forms;
+  };
+  const std::set<std::string> all = offered(c.plant);
+  for (const char* form :
+       {"saturation, end of range", "rate_limit, amplifier", "sensor_lag, first order", "sensor_lag, second order"})
+    CHECK(all.count(form) == 1);
+  Plant known = c.plant;
+  known.sensors[1].path = {.lag = {.cutoff_hz = 60}, .rate_limit = 100, .saturation = 10};
+  const std::set<std::string> others = offered(known);
+  for (const std::string& form : others) {
+    CAPTURE(form);
+    CHECK(form.find("saturation") == std::string::npos);
+    CHECK(form.find("rate_limit") == std::string::npos);
+    CHECK(form.find("sensor_lag") == std::string::npos);
+  }
+  CHECK(others.size() + 4 == all.size());
+}
+
 TEST_CASE("the screen sees a tyre that softens or hardens, by the square of its travel or by the cube") {
   Case c = make_case(quarter_car_text, 0.005);
   const double reach = 2 * c.operation.elements[1].travel_rms_m, stiffness = stiffness_at_rest(c.plant.elements[1]);
