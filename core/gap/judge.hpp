@@ -20,8 +20,6 @@ inline constexpr double kTooSmall = 0.1;
 /// Surprise of a parameter from which it is out of tolerance; chi2, held-out records included and residuals over the
 /// noise's colour, has to fall by its square once the parameter is free.
 inline constexpr double kOutOfTolerance = 3;
-/// What stands before a mass in the name of the place between it and the ground.
-inline constexpr const char* kGuide = "guide:";
 
 /// Leftover of a place over that of the best place, from which the gap enters elsewhere.
 inline constexpr double kElsewhere = 1.5;

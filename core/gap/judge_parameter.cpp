@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace wheelhop {
 namespace {
@@ -17,8 +18,10 @@ std::string others_out(const GapCase& c, const PlantFit& fit, const Rival& rival
   if (fit.covariance.size() == 0) return "";
   const Vector t = surprises(fit, static_cast<Index>(c.study.tolerances.size()));
   std::string list;
+  std::string element = rival.location;
+  if (element.starts_with(kGuide)) element = guide_element(element.substr(std::strlen(kGuide)));
   const auto shapes_it = [&](const std::string& name) {
-    return !rival.effect.ends_with("_error") && name.starts_with(rival.location + ".");
+    return !rival.effect.ends_with("_error") && name.starts_with(element + ".");
   };
   for (std::size_t i = 0; i < c.study.tolerances.size(); ++i)
     if (i != rival.hypothesis && !shapes_it(c.study.tolerances[i].name) &&

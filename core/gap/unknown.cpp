@@ -36,10 +36,10 @@ std::vector<Moved> moved_at(const Plant& plant, const FitRecord& record, const T
   std::vector<Moved> list;
   const auto wanted = [&](const std::string& name) { return entry.empty() || entry == name; };
   for (std::size_t e = 0; e < plant.elements.size(); ++e)
-    if (const auto row = static_cast<Index>(e); wanted(plant.elements[e].name))
+    if (const auto row = static_cast<Index>(e); wanted(location_of(plant.elements[e])))
       list.push_back({motion.travel.row(row), motion.rate.row(row)});
   for (std::size_t i = 0; i < plant.masses.size(); ++i)
-    if (const auto row = static_cast<Index>(i); wanted("guide:" + plant.masses[i].name))
+    if (const auto row = static_cast<Index>(i); wanted(kGuide + plant.masses[i].name))
       list.push_back({motion.position.row(row), motion.velocity.row(row)});
   const Matrix drive = decimate(apply_drive_paths(plant, record.drive, 0), record.ratio);
   for (std::size_t i = 0; i < plant.inputs.size(); ++i)

@@ -55,6 +55,8 @@ const std::vector<Entry<EffectPiece>>& effect_table() {
                                                                "a channel that sees a share of another"),
        table_entry<EffectPiece, EffectOptions, make_quantisation>("quantisation", "converters of 8 to 12 bits",
                                                                   "readings rounded to steps that matter"),
+       table_entry<EffectPiece, EffectOptions, make_added_damping>("added_damping", "guides, hoses, open dampers",
+                                                                   "a damper that the plant does not know"),
        table_entry<EffectPiece, EffectOptions, make_added_mode>("added_mode", "seats, engines, top mounts: 4 to 60 Hz",
                                                                 "a mass on a spring that the plant does not know"),
        table_entry<EffectPiece, EffectOptions, make_static_offset>("static_offset", "ride height: 5 to 20 mm",
