@@ -3,6 +3,7 @@ wheelhop_tests(plant wheelhop_plant
   FILES
   conformance/plant.cpp
   lemma/plant.cpp
+  lemma/plant_inerter.cpp
   lemma/plant_laws.cpp
   lemma/plant_memory.cpp
   lemma/plant_paths.cpp

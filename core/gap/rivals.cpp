@@ -54,7 +54,8 @@ constexpr ErrorOf kNamed[] = {{"mass_kg", "mass_error"},
                               {".maxwell_branch", "series_compliance"},
                               {".damper_mount", "series_compliance"},
                               {".cavitating_damper", "cavitation"},
-                              {".fading_damper", "damper_fade"}};
+                              {".fading_damper", "damper_fade"},
+                              {".inerter", "inertance"}};
 
 /// What an error of a parameter is called: what it changes at rest, or how it bends a law away from there.
 std::string error_id(const Plant& plant, const PlantParameter& parameter) {

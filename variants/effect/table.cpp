@@ -59,6 +59,8 @@ const std::vector<Entry<EffectPiece>>& effect_table() {
                                                                    "a damper that the plant does not know"),
        table_entry<EffectPiece, EffectOptions, make_added_mode>("added_mode", "seats, engines, top mounts: 4 to 60 Hz",
                                                                 "a mass on a spring that the plant does not know"),
+       table_entry<EffectPiece, EffectOptions, make_inertance>("inertance", "M. C. Smith 2002; hydraulic mounts",
+                                                               "a mass that only relative motion accelerates"),
        table_entry<EffectPiece, EffectOptions, make_static_offset>("static_offset", "ride height: 5 to 20 mm",
                                                                    "a spring that works about another point")},
       extra_pieces().effect);
