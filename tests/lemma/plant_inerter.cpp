@@ -16,7 +16,7 @@ namespace {
 Law inerter_of(double inertance_kg) { return {find_law("inerter"), {inertance_kg}}; }
 
 /// The quarter car with an inerter beside its strut.
-Plant quarter_car(double inertance_kg) {
+Plant with_inerter(double inertance_kg) {
   Plant plant = plant_from(quarter_car_text);
   plant.elements[0].laws.push_back(inerter_of(inertance_kg));
   return plant;
@@ -37,7 +37,7 @@ Matrix smooth_drive(const Plant& plant, Index samples) {
 TEST_CASE("with an inerter the masses are accelerated by the solution of M a = f") {
   const double b = 12;
   const Plant plain = plant_from(quarter_car_text);
-  Motion with(quarter_car(b)), without(plain);
+  Motion with(with_inerter(b)), without(plain);
   CHECK(with.coupled());
   CHECK_FALSE(without.coupled());
   const Matrix M = (Matrix(2, 2) << 300 + b, -b, -b, 40 + b).finished();
@@ -69,13 +69,13 @@ TEST_CASE("an inerter to the ground is a part of its mass, one of no inertance n
   CHECK((one.outputs - other.outputs).norm() < 1e-10 * one.outputs.norm());
   const Plant plain = plant_from(quarter_car_text);
   const Matrix road = smooth_drive(plain, 800);
-  const Simulation as_before = simulate(plain, road), idle = simulate(quarter_car(0), road);
+  const Simulation as_before = simulate(plain, road), idle = simulate(with_inerter(0), road);
   CHECK((as_before.outputs - idle.outputs).norm() < 1e-10 * as_before.outputs.norm());
-  CHECK((as_before.outputs - simulate(quarter_car(10), road).outputs).norm() > 0.01 * as_before.outputs.norm());
+  CHECK((as_before.outputs - simulate(with_inerter(10), road).outputs).norm() > 0.01 * as_before.outputs.norm());
 }
 
 TEST_CASE("an undamped plant with an inerter keeps its energy, that of the inerter included") {
-  Plant plant = quarter_car(15);
+  Plant plant = with_inerter(15);
   plant.elements[0].laws.erase(plant.elements[0].laws.begin() + 1);
   const Vector start = (Vector(4) << 0.02, 0.004, -0.1, 0.3).finished();
   const Matrix still = Matrix::Zero(1, 2000);
@@ -131,7 +131,7 @@ TEST_CASE("an inerter between rigid points, side by side in lanes, is that of th
 
 TEST_CASE("linearised, an inerter changes the accelerations and no equilibrium") {
   const double b = 25;
-  const Plant plant = quarter_car(b);
+  const Plant plant = with_inerter(b);
   const LinearPlant model = linearise(plant), plain = linearise(plant_from(quarter_car_text));
   const Matrix M = Motion(plant).mass_matrix(), diagonal = Motion(plant_from(quarter_car_text)).mass_matrix();
   CHECK((M * model.A.bottomRows(2) - diagonal * plain.A.bottomRows(2)).norm() < 1e-9 * plain.A.norm());
@@ -149,7 +149,7 @@ TEST_CASE("linearised, an inerter changes the accelerations and no equilibrium")
 }
 
 TEST_CASE("the derivatives of a simulation with an inerter are its differences, in masses, inertance and drive") {
-  Plant plant = quarter_car(12);
+  Plant plant = with_inerter(12);
   plant.inputs.push_back({"push", InputKind::force, "N", 1000, "zoh", "ground", "body"});
   plant.inputs.push_back({"pull", InputKind::force, "N", 1000, "zoh", "wheel", "body"});
   Matrix drive = smooth_drive(plant, 1500);
