@@ -171,7 +171,7 @@ TEST_CASE("at a guide where one effect stands a second may stand, at the guide o
       }
     return list;
   };
-  const Study study{nominal, data, solvers, guides, tolerance_parameters(nominal)};
+  const Study study{nominal, data, solvers, guides, {}};
   Plant damped = nominal, hung = nominal;
   damped.elements.push_back({guide_element("wheel"), "ground", "wheel", {{find_law("viscous_damper"), {20}}}});
   hung.masses.push_back({"mode_on_wheel", 2});
