@@ -7,4 +7,5 @@ wheelhop_tests(plant wheelhop_plant
   lemma/plant_memory.cpp
   lemma/plant_paths.cpp
   lemma/road.cpp
-  lemma/stepping.cpp)
+  lemma/stepping.cpp
+  lemma/plant_inerter.cpp)

@@ -1,5 +1,6 @@
 #include "variants/effect_build.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -27,7 +28,47 @@ class FunctionEffect final : public Effect {
   std::function<void(const Plant&, const Operation&, std::vector<EffectCandidate>&)> function_;
 };
 
+bool turns(const Plant& plant, const std::string& mass) {
+  for (const Point& point : plant.points)
+    for (const auto& [name, weight] : point.weights)
+      if (name == mass && weight < 0) return true;
+  return false;
+}
+
+/// The element between the ground and a mass, of any name; the number of elements if there is none.
+std::size_t joint_to_ground(const Plant& plant, const std::string& mass) {
+  const auto joins = [&](const Element& element) {
+    return (element.from == "ground" && element.to == mass) || (element.from == mass && element.to == "ground");
+  };
+  return static_cast<std::size_t>(std::find_if(plant.elements.begin(), plant.elements.end(), joins) -
+                                  plant.elements.begin());
+}
+
 }  // namespace
+
+std::vector<LawPlace> law_places(const Plant& plant, const Operation& operation) {
+  std::vector<LawPlace> list;
+  const auto is_guide = [&](std::size_t e) { return location_of(plant.elements[e]) != plant.elements[e].name; };
+  for (std::size_t e = 0; e < plant.elements.size(); ++e)
+    if (!is_guide(e)) list.push_back({e, {}, operation.elements[e]});
+  for (std::size_t i = 0; i < plant.masses.size(); ++i) {
+    const std::string& mass = plant.masses[i].name;
+    const std::size_t joint = joint_to_ground(plant, mass);
+    if (turns(plant, mass) || (joint < plant.elements.size() && !is_guide(joint))) continue;
+    list.push_back({joint, mass, operation.guides[i]});
+  }
+  return list;
+}
+
+EffectCandidate with_law(const Plant& plant, const LawPlace& place, const std::string& effect, const std::string& form,
+                         const std::string& law, std::vector<double> values,
+                         const std::vector<std::pair<std::string, double>>& moved) {
+  if (place.element < plant.elements.size())
+    return with_law(plant, place.element, effect, form, law, std::move(values), moved);
+  Plant guided = plant;
+  guided.elements.push_back({guide_element(place.mass), "ground", place.mass, {}});
+  return with_law(guided, place.element, effect, form, law, std::move(values), moved);
+}
 
 EffectCandidate with_law(const Plant& plant, std::size_t element, const std::string& effect, const std::string& form,
                          const std::string& law, std::vector<double> values,
@@ -37,7 +78,7 @@ EffectCandidate with_law(const Plant& plant, std::size_t element, const std::str
   candidate.form = form;
   candidate.plant = plant;
   Element& place = candidate.plant.elements[element];
-  candidate.location = place.name;
+  candidate.location = location_of(place);
   Law added;
   added.kind = find_law(law);
   if (!added.kind) throw std::invalid_argument("with_law: unknown law " + law);
@@ -74,7 +115,21 @@ bool at_drive(const Plant& plant, const Element& element) {
   return false;
 }
 
+bool at_drive(const Plant& plant, const LawPlace& place) {
+  if (!place.guide()) return at_drive(plant, plant.elements[place.element]);
+  return std::any_of(plant.elements.begin(), plant.elements.end(), [&](const Element& element) {
+    return (element.from == place.mass || element.to == place.mass) && at_drive(plant, element);
+  });
+}
+
+bool has_damper(const Element& element) {
+  return std::any_of(element.laws.begin(), element.laws.end(), [](const Law& law) {
+    return law.kind->name == "viscous_damper" || law.kind->name == "power_law_damper";
+  });
+}
+
 double viscous_damping(const Element& element) {
+  if (location_of(element) != element.name) return 0;
   double sum = 0;
   for (const Law& law : element.laws)
     if (law.kind->name == "viscous_damper") sum += law.values[0];

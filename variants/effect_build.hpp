@@ -24,8 +24,25 @@ struct EffectParameter {
   double scale = 1;
 };
 
+/// A place at which a law may stand between two nodes of a plant: an element, or the guide between the ground and a
+/// mass that no other element joins to it.
+struct LawPlace {
+  std::size_t element = 0;     ///< of the plant; the number of its elements for a guide that is none of them yet
+  std::string mass = {};       ///< guided mass; empty for an element of the plant itself
+  ElementOperation operation;  ///< of the element, or of the mass
+  bool guide() const { return !mass.empty(); }
+};
+
+/// All elements of a plant, then the guides of its masses. A mass that turns has none: one that rigid points carry with
+/// a negative weight, as they do a pitch or roll, since what slides on a guide there would be a moment.
+std::vector<LawPlace> law_places(const Plant& plant, const Operation& operation);
+
 /// Adds a law to an element. `values` in the order of the law's parameters; `moved` by their names there.
 EffectCandidate with_law(const Plant& plant, std::size_t element, const std::string& effect, const std::string& form,
+                         const std::string& law, std::vector<double> values,
+                         const std::vector<std::pair<std::string, double>>& moved);
+/// The same at a place; a guide becomes an element of the candidate's plant.
+EffectCandidate with_law(const Plant& plant, const LawPlace& place, const std::string& effect, const std::string& form,
                          const std::string& law, std::vector<double> values,
                          const std::vector<std::pair<std::string, double>>& moved);
 
@@ -35,8 +52,14 @@ EffectCandidate with_path(const Plant& plant, const std::string& effect, const s
 
 /// True if one node of the element is a displacement input: a tyre, a base mount.
 bool at_drive(const Plant& plant, const Element& element);
-/// Sum of the element's viscous damping [Ns/m]; 0 for none.
+/// True of such an element, and of the guide of a mass at the end of one: a wheel on its tyre. Damping there goes by
+/// the name of the tyre's.
+bool at_drive(const Plant& plant, const LawPlace& place);
+/// Sum of the element's viscous damping [Ns/m] as delivered; 0 for none, and for a guide, where only an effect puts
+/// any.
 double viscous_damping(const Element& element);
+/// True if the element has a damper of its own, of which all other damper laws are corrections.
+bool has_damper(const Element& element);
 /// Stiffness [N/m] at zero travel; 0 where the element has none.
 double stiffness_at_rest(const Element& element);
 
@@ -48,7 +71,7 @@ void plausibly(EffectCandidate& candidate, const std::string& parameter, double 
 void followed_by_steps(EffectCandidate& candidate, const ElementOperation& operation);
 /// Adds between what sizes the parameter makes the effect this one: far above it has another name.
 void defined_by(EffectCandidate& candidate, const std::string& parameter, double low, double high);
-/// Adds the size that the literature gives to a parameter of that last part of a name.
+/// Adds the size that the literature gives to a parameter of that last part of a name, of a passenger car's corner.
 void typically(EffectCandidate& candidate, const std::string& parameter, double value);
 /// A third of the size of each moved value, a step that a fit can begin with.
 double third(double value);

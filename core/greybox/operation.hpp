@@ -19,12 +19,19 @@ struct ElementOperation {
 
 struct Operation {
   std::vector<ElementOperation> elements;
-  Vector drive_peak;       ///< m, largest |u| [unit of the input]
-  Vector drive_rate_peak;  ///< m, largest |u_k - u_{k-1}| over the hold time [unit/s]
-  Vector output_rms;       ///< p, about the mean, as simulated
-  Vector output_quantum;   ///< p, step of the lattice that the measured values lie on; 0: none found
+  /// Of each mass, what an element between the ground and it would go through: travel and rate are its position and
+  /// velocity, and the force is the one that by itself would move it so, - m a.
+  std::vector<ElementOperation> guides;
+  Vector drive_peak;        ///< m, largest |u| [unit of the input]
+  Vector drive_rate_peak;   ///< m, largest |u_k - u_{k-1}| over the hold time [unit/s]
+  Vector output_rms;        ///< p, about the mean, as simulated
+  Vector output_peak;       ///< p, largest |y|, as simulated
+  Vector output_rate_peak;  ///< p, largest |y_k - y_{k-1}| over the sampling time [unit/s], as simulated
+  Vector output_ceiling;  ///< p, largest |reading| that was measured, if many readings have just this size; 0: none do
+  Vector output_quantum;  ///< p, step of the lattice that the measured values lie on; 0: none found
 };
 
+/// @param records measured outputs are read for `output_ceiling` alone
 /// @param initial_states as of a fit of these records; none: from rest in equilibrium. False if a simulation fails.
 /// Cost: one simulation of every record, and a sort of every channel.
 bool operation_of(const Plant& plant, const std::vector<FitRecord>& records, const std::vector<Vector>& initial_states,

@@ -16,7 +16,7 @@ Equilibrium outside(const Plant& plant, int element) {
 }
 
 /// Damped Newton iteration from q, under the inputs set before.
-Equilibrium balance(const Plant& plant, Motion& motion, Vector q, const Vector& masses, double applied,
+Equilibrium balance(const Plant& plant, Motion& motion, Vector q, const Matrix& masses, double applied,
                     double largest_input) {
   const Index n = motion.masses();
   const Vector rest = Vector::Zero(n);
@@ -24,14 +24,14 @@ Equilibrium balance(const Plant& plant, Motion& motion, Vector q, const Vector& 
   Vector a(n), trial(n), trial_a(n);
   if (const int element = motion.accelerations(q.data(), rest.data(), a.data()); element >= 0)
     return outside(plant, element);
-  const auto force_norm = [&](const Vector& acceleration) { return masses.cwiseProduct(acceleration).norm(); };
+  const auto force_norm = [&](const Vector& acceleration) { return (masses * acceleration).norm(); };
   for (int iteration = 0; iteration < 100; ++iteration) {
     if (const int element = motion.slopes(q.data(), rest.data(), stiffness, damping); element >= 0)
       return outside(plant, element);
     const Matrix K = mass_block(stiffness, n);
     const double scale = K.cwiseAbs().maxCoeff() * (q.cwiseAbs().maxCoeff() + largest_input) + applied;
     if (force_norm(a) <= 1e-12 * scale) return {Status::ok, "", q};
-    const LeastSquares step = least_squares(K, masses.cwiseProduct(a));
+    const LeastSquares step = least_squares(K, masses * a);
     if (step.rank < n && step.residual_norm > 1e-9 * scale)
       return failed(Status::rank_deficient, "no equilibrium: a constant force is balanced by no spring");
     double share = 1;
@@ -59,8 +59,7 @@ Equilibrium static_equilibrium(const Plant& plant, ConstVectorRef u) {
   const Index n = motion.masses();
   if (u.size() != motion.inputs()) throw UserError("static_equilibrium: expected one constant value an input");
   const Vector rest = Vector::Zero(std::max(n, motion.inputs()));
-  Vector masses(n);
-  for (Index i = 0; i < n; ++i) masses(i) = motion.mass_kg(i);
+  const Matrix masses = motion.mass_matrix();
 
   // First guess from the slopes at zero travel, where every law is defined: a drive that starts far from zero would
   // put the elements between it and the masses outside their domain.

@@ -7,6 +7,7 @@ namespace wheelhop {
 
 LawKind linear_spring();
 LawKind viscous_damper();
+LawKind inerter();
 LawKind hardening_spring();
 LawKind polynomial_spring();
 LawKind bending_spring();
@@ -26,25 +27,16 @@ LawKind liftoff();
 LawKind rest_offset();
 
 const std::vector<LawKind>& law_table() {
-  static const std::vector<LawKind> table = {linear_spring(),
-                                             viscous_damper(),
-                                             hardening_spring(),
-                                             polynomial_spring(),
-                                             bending_spring(),
-                                             coulomb_friction(),
-                                             bouc_wen(),
-                                             maxwell_branch(),
-                                             damper_mount(),
-                                             asymmetric_damper(),
-                                             digressive_damper(),
-                                             power_law_damper(),
-                                             position_dependent_damper(),
-                                             fading_damper(),
-                                             cavitating_damper(),
-                                             bump_stop(),
-                                             backlash(),
-                                             liftoff(),
-                                             rest_offset()};
+  static const std::vector<LawKind> table = {linear_spring(),     viscous_damper(),
+                                             inerter(),           hardening_spring(),
+                                             polynomial_spring(), bending_spring(),
+                                             coulomb_friction(),  bouc_wen(),
+                                             maxwell_branch(),    damper_mount(),
+                                             asymmetric_damper(), digressive_damper(),
+                                             power_law_damper(),  position_dependent_damper(),
+                                             fading_damper(),     cavitating_damper(),
+                                             bump_stop(),         backlash(),
+                                             liftoff(),           rest_offset()};
   return table;
 }
 

@@ -56,12 +56,13 @@ struct LawMemory {
   double (*dissipation)(std::span<const double> p, double x, double v, const double* z) = nullptr;
 };
 
-/// What a law does to the other laws of its element, instead of adding a force.
+/// What a law does in its element; but for the first two, to the other laws there instead of adding a force.
 enum class LawRole {
-  force,    ///< adds its force to that of the others
-  play,     ///< value 0 is a gap: the others read the travel that is left beyond it on either side
-  contact,  ///< value 0 is a preload: the sum of the others pulls with that force at most
-  offset    ///< value 0 is a shift: the others read the travel beyond it and count their force from there
+  force,      ///< adds its force to that of the others
+  inertance,  ///< value 0 goes with the masses: beside the others it resists the acceleration of the element's travel
+  play,       ///< value 0 is a gap: the others read the travel that is left beyond it on either side
+  contact,    ///< value 0 is a preload: the sum of the others pulls with that force at most
+  offset      ///< value 0 is a shift: the others read the travel beyond it and count their force from there
 };
 
 /// What is common to all laws of one name. `p` holds the values in the order of `parameters`.

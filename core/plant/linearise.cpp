@@ -80,14 +80,13 @@ LinearPlant linearise_along(const Plant& plant, ConstMatrixRef states, ConstMatr
     add(slopes.memory_rate, own.memory_rate);
     add(slopes.memory, own.memory);
   }
-  Vector inverse_mass(n);
-  for (Index i = 0; i < n; ++i) inverse_mass(i) = 1 / motion.mass_kg(i);
+  const Matrix inverse_mass = motion.inverse_mass_matrix();
 
   model.A = Matrix::Zero(2 * n + s, 2 * n + s);
   model.A.block(0, n, n, n).setIdentity();
-  model.A.block(n, 0, n, n) = -(inverse_mass.asDiagonal() * slopes.stiffness.topLeftCorner(n, n));
-  model.A.block(n, n, n, n) = -(inverse_mass.asDiagonal() * slopes.damping.topLeftCorner(n, n));
-  model.A.block(n, 2 * n, n, s) = inverse_mass.asDiagonal() * slopes.memory_force.topRows(n);
+  model.A.block(n, 0, n, n) = -(inverse_mass * slopes.stiffness.topLeftCorner(n, n));
+  model.A.block(n, n, n, n) = -(inverse_mass * slopes.damping.topLeftCorner(n, n));
+  model.A.block(n, 2 * n, n, s) = inverse_mass * slopes.memory_force.topRows(n);
   model.A.block(2 * n, 0, s, n) = slopes.memory_travel.leftCols(n);
   model.A.block(2 * n, n, s, n) = slopes.memory_rate.leftCols(n);
   model.A.bottomRightCorner(s, s) = slopes.memory;
@@ -96,16 +95,16 @@ LinearPlant linearise_along(const Plant& plant, ConstMatrixRef states, ConstMatr
   for (Index i = 0; i < m; ++i) {
     const Index node = motion.input_node(i);
     if (node >= 0) {
-      model.B.col(i).segment(n, n) = -inverse_mass.cwiseProduct(slopes.stiffness.col(node).head(n));
-      model.B_rate.col(i).segment(n, n) = -inverse_mass.cwiseProduct(slopes.damping.col(node).head(n));
+      model.B.col(i).segment(n, n) = -(inverse_mass * slopes.stiffness.col(node).head(n));
+      model.B_rate.col(i).segment(n, n) = -(inverse_mass * slopes.damping.col(node).head(n));
       model.B.col(i).tail(s) = slopes.memory_travel.col(node);
       model.B_rate.col(i).tail(s) = slopes.memory_rate.col(node);
     } else {
       const auto [from, to] = motion.force_nodes(i);
       for (const Motion::Weight& weight : motion.weights(from))
-        model.B(n + weight.mass, i) -= weight.value * inverse_mass(weight.mass);
+        model.B.col(i).segment(n, n) -= weight.value * inverse_mass.col(weight.mass);
       for (const Motion::Weight& weight : motion.weights(to))
-        model.B(n + weight.mass, i) += weight.value * inverse_mass(weight.mass);
+        model.B.col(i).segment(n, n) += weight.value * inverse_mass.col(weight.mass);
     }
   }
   model.C = Matrix::Zero(p, 2 * n + s);

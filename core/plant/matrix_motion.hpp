@@ -1,7 +1,8 @@
 /// \file
-/// Newton's equations of a plant in matrix form, for the inner loop of a simulation. What has constant slopes is one
-/// pair of matrices; each element beyond that acts along its own direction g (what its travel is made of):
-///   a = b(u) - K q - D v - sum over elements of (g / m) f(g'q + x_u, g'v + v_u, z).
+/// Newton's equations of a plant in matrix form, M^-1 applied to all that acts on the masses, for the inner loop of a
+/// simulation. What has constant slopes is one pair of matrices; each element beyond that acts along its own direction
+/// g (what its travel is made of):
+///   a = b(u) - K q - D v - sum over elements of (M^-1 g) f(g'q + x_u, g'v + v_u, z).
 /// The drive is held, so b, x_u and v_u are computed once an interval. `Motion` has the same equations element by
 /// element, with everything that is asked of them less often.
 #pragma once
@@ -87,7 +88,7 @@ class MatrixMotion {
 
  private:
   struct Curved {
-    PerMass<V, N> g, pull;  // pull: g / m
+    PerMass<V, N> g, pull;  // pull: M^-1 g
     std::size_t first_law, first_memory, last_law, first_state;
     bool modified, simple;       // simple: one law without memory or modification
     V travel = 0.0, rate = 0.0;  // what the drives add to them
@@ -100,7 +101,7 @@ class MatrixMotion {
 
   std::vector<const Motion*> motions_;
   std::size_t masses_, memories_;
-  PerMass<V, N * N> stiffness_, damping_;  // K / m and D / m, a row a mass
+  PerMass<V, N * N> stiffness_, damping_;  // M^-1 K and M^-1 D, a row a mass
   std::vector<Curved> curved_;
   std::vector<std::vector<V>> values_;  // of the laws, for lanes
   PerMass<V, N> b_;
@@ -139,8 +140,8 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
   const std::size_t n = masses_;
   for (const Motion::Drive& drive : first.inputs_)
     drives_.push_back({drive.node < 0, std::vector<V>(n, V(0.0)), std::vector<V>(n, V(0.0)), {}});
-  const auto inverse_mass = [&](std::size_t i) {
-    return lanes::gather<V>(motions, [&](const Motion& motion) { return motion.inverse_mass_[i]; });
+  const auto accelerated = [&](const std::vector<double>& forces, std::size_t i) {
+    return lanes::gather<V>(motions, [&](const Motion& motion) { return motion.accelerated(forces.data(), i); });
   };
   // What the displacement of a node is made of, added to a direction.
   const auto add_node = [&](std::size_t node, double sign, std::vector<double>& direction) {
@@ -158,7 +159,7 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
     V stiffness = of(&Motion::Branch::stiffness_n_per_m), damping = of(&Motion::Branch::damping_ns_per_m);
     if (!branch.modified) {
       for (std::size_t i = 0; i < n; ++i) {
-        const V pull = V(g[i]) * inverse_mass(i);
+        const V pull = accelerated(g, i);
         for (std::size_t j = 0; j < n; ++j) {
           stiffness_[n * i + j] += pull * stiffness * V(g[j]);
           damping_[n * i + j] += pull * damping * V(g[j]);
@@ -176,7 +177,7 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
     PerMass<V, N> direction(n), pull(n);
     for (std::size_t i = 0; i < n; ++i) {
       direction[i] = g[i];
-      pull[i] = V(g[i]) * inverse_mass(i);
+      pull[i] = accelerated(g, i);
     }
     curved_.push_back(
         {direction, pull, branch.first_curved, branch.first_memory, branch.last_law, branch.first_state,
@@ -190,7 +191,7 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
     std::vector<double> pushed(n, 0.0);
     add_node(static_cast<std::size_t>(first.inputs_[d].from), -1, pushed);
     add_node(static_cast<std::size_t>(first.inputs_[d].to), 1, pushed);
-    for (std::size_t i = 0; i < n; ++i) drives_[d].on_mass[i] = V(pushed[i]) * inverse_mass(i);
+    for (std::size_t i = 0; i < n; ++i) drives_[d].on_mass[i] = accelerated(pushed, i);
   }
   if constexpr (!std::is_same_v<V, double>)
     for (std::size_t k = 0; k < first.laws_.size(); ++k) {

@@ -1,5 +1,6 @@
 #include "core/plant/motion.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +8,7 @@
 namespace wheelhop {
 
 Motion::Motion(const Plant& plant) {
+  bool inerters = false;
   for (const Mass& mass : plant.masses) {
     mass_.push_back(mass.mass_kg);
     inverse_mass_.push_back(1 / mass.mass_kg);
@@ -20,6 +22,10 @@ Motion::Motion(const Plant& plant) {
     for (const Law& law : element.laws) {
       switch (law.kind->role) {
         case LawRole::force: laws_.push_back(law); continue;
+        case LawRole::inertance:
+          branch.inertance_kg += law.values[0];
+          inerters = true;
+          continue;
         case LawRole::play: branch.play_m += law.values[0]; break;
         case LawRole::contact: branch.contact_n = std::min(branch.contact_n, law.values[0]); break;
         case LawRole::offset: branch.offset_m += law.values[0]; break;
@@ -76,12 +82,46 @@ Motion::Motion(const Plant& plant) {
   weights_.resize(nodes);
   for (std::size_t i = 0; i < mass_.size(); ++i) weights_[i] = {{static_cast<Index>(i), 1.0}};
   for (const RigidPoint& point : points_) weights_[point.node] = point.weights;
+  if (inerters) couple();
   z_rate_.assign(rest_.size(), 0);
   element_force_.assign(branches_.size(), 0);
   x_.assign(nodes, 0);
   v_.assign(nodes, 0);
   force_.assign(nodes, 0);
   applied_.assign(nodes, 0);
+}
+
+Matrix Motion::mass_matrix() const {
+  const Index n = masses();
+  Matrix M = Matrix::Zero(n, n);
+  for (Index i = 0; i < n; ++i) M(i, i) = mass_kg(i);
+  for (const Branch& branch : branches_) {
+    if (branch.inertance_kg == 0) continue;
+    Vector g = Vector::Zero(n);
+    for (const Weight& weight : weights(static_cast<Index>(branch.to))) g(weight.mass) += weight.value;
+    for (const Weight& weight : weights(static_cast<Index>(branch.from))) g(weight.mass) -= weight.value;
+    M += branch.inertance_kg * g * g.transpose();
+  }
+  return M;
+}
+
+Matrix Motion::inverse_mass_matrix() const {
+  const Index n = masses();
+  Matrix inverse = Matrix::Zero(n, n);
+  for (Index i = 0; i < n; ++i)
+    for (Index j = 0; j < n; ++j)
+      if (coupled() || i == j)
+        inverse(i, j) = coupled() ? inverse_matrix_[static_cast<std::size_t>(n * i + j)]
+                                  : inverse_mass_[static_cast<std::size_t>(i)];
+  return inverse;
+}
+
+void Motion::couple() {
+  const Index n = masses();
+  const Matrix inverse = Eigen::LLT<Matrix>(mass_matrix()).solve(Matrix::Identity(n, n));
+  inverse_matrix_.resize(static_cast<std::size_t>(n * n));
+  for (Index i = 0; i < n; ++i)
+    for (Index j = 0; j < n; ++j) inverse_matrix_[static_cast<std::size_t>(n * i + j)] = inverse(i, j);
 }
 
 void Motion::set_inputs(const double* u, const double* u_rate) {
@@ -200,7 +240,7 @@ int Motion::accelerations(const double* q, const double* v, const double* z, dou
   for (const RigidPoint& point : points_)
     for (const Weight& weight : point.weights)
       force_[static_cast<std::size_t>(weight.mass)] += weight.value * force_[point.node];
-  for (std::size_t i = 0; i < mass_.size(); ++i) a[i] = force_[i] * inverse_mass_[i];
+  for (std::size_t i = 0; i < mass_.size(); ++i) a[i] = accelerated(force_.data(), i);
   return all_defined;
 }
 
@@ -340,6 +380,10 @@ Motion::Energy Motion::energy(const double* q, const double* v, const double* z)
   place(q, v);
   Energy result;
   for (std::size_t i = 0; i < mass_.size(); ++i) result.kinetic_j += 0.5 * mass_[i] * v[i] * v[i];
+  for (const Branch& branch : branches_) {
+    const double rate = v_[branch.to] - v_[branch.from];
+    result.kinetic_j += 0.5 * branch.inertance_kg * rate * rate;
+  }
   // Reaction to the part of each element's force that is not the gradient of its energy, gathered at the nodes.
   std::fill(force_.begin(), force_.end(), 0.0);
   for (std::size_t b = 0; b < branches_.size(); ++b) {

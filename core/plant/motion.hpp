@@ -11,8 +11,9 @@
 
 namespace wheelhop {
 
-/// Newton's equations of a plant, m_i a_i = sum of forces on mass i. Built once, evaluated millions of times without
-/// allocation. Owns a copy of the laws and scratch space: one object a thread.
+/// Newton's equations of a plant, M a = sum of forces on the masses, M = diag(m_i) and what inerters add: b g g', g
+/// what the travel of their element is made of. Built once, evaluated millions of times without allocation. Owns a copy
+/// of the laws and scratch space: one object a thread.
 ///
 /// A displacement drive is held, so its node moves in steps; its velocity (which only laws that read the rate of an
 /// element at that node see) is an argument of its own, `u_rate`, decided by the simulation.
@@ -97,6 +98,18 @@ class Motion {
   int slopes_here(const double* z, ElementSlopes* elements, MemorySlopes* laws);
 
   double mass_kg(Index i) const { return mass_[static_cast<std::size_t>(i)]; }
+  /// True if the plant has an inerter, of whatever size: M and its inverse may be full.
+  bool coupled() const { return !inverse_matrix_.empty(); }
+  Matrix mass_matrix() const;          ///< M, n x n [kg]
+  Matrix inverse_mass_matrix() const;  ///< of M, exactly diagonal where it is not coupled
+  /// Acceleration of mass i under forces on the masses (n values).
+  double accelerated(const double* forces, std::size_t i) const {
+    if (inverse_matrix_.empty()) return forces[i] * inverse_mass_[i];
+    const double* const row = inverse_matrix_.data() + mass_.size() * i;
+    double sum = 0;
+    for (std::size_t j = 0; j < mass_.size(); ++j) sum += row[j] * forces[j];
+    return sum;
+  }
   Index node_count() const { return static_cast<Index>(x_.size()); }
   /// Node of a displacement input, -1 for a force.
   Index input_node(Index input) const { return inputs_[static_cast<std::size_t>(input)].node; }
@@ -132,6 +145,7 @@ class Motion {
     bool modified;  // by a clearance, a contact or a shifted working point
     double play_m, contact_n, offset_m;
     double rest_force_n;  // of the laws at the working point
+    double inertance_kg;
   };
   struct Drive {
     Index node;  // of a displacement
@@ -150,7 +164,9 @@ class Motion {
   double free_rate(const Branch& branch, double rate) const;
   double reading(SensorKind kind, Index node, const double* q, const double* v, const double* a) const;
 
-  std::vector<double> mass_, inverse_mass_;
+  void couple();
+  std::vector<double> mass_, inverse_mass_;  // those of the masses alone
+  std::vector<double> inverse_matrix_;       // of M, a row a mass; empty where no inerter couples them
   std::vector<Branch> branches_;
   std::vector<Law> laws_;
   std::vector<RigidPoint> points_;            // the last nodes

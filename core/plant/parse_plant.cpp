@@ -143,9 +143,15 @@ Element read_element(const JsonCursor& cursor, const Plant& plant, Names& places
   };
   if (!moves(element.from) && !moves(element.to)) between.fail("a mass at one end at least: it moves nothing");
   for (const JsonCursor& law : read_list(cursor, "laws", "law")) element.laws.push_back(parse_law(law));
-  if (std::none_of(element.laws.begin(), element.laws.end(),
-                   [](const Law& law) { return law.kind->role == LawRole::force; }))
+  const auto any = [&](LawRole role) {
+    return std::any_of(element.laws.begin(), element.laws.end(),
+                       [&](const Law& law) { return law.kind->role == role; });
+  };
+  if (!any(LawRole::force) && !any(LawRole::inertance))
     cursor.at("laws").fail("a law that gives a force beside those that limit it");
+  const auto stands = [&](const std::string& name) { return moves(name) || name == ground; };
+  if (any(LawRole::inertance) && !(stands(element.from) && stands(element.to)))
+    cursor.at("laws").fail("no inerter at a displacement input: a held drive moves in steps and has no acceleration");
   cursor.done();
   return element;
 }

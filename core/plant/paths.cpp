@@ -79,6 +79,13 @@ Vector filter(const Matrix& A, const Vector& b, const Eigen::RowVectorXd& c, Con
   return y;
 }
 
+/// Follows a signal no faster than a limit, from its first value on. @param limit unit/s, infinite: none
+void limit_rate(double limit, double rate_hz, Vector& u) {
+  if (!std::isfinite(limit)) return;
+  const double most = limit / rate_hz;
+  for (Index k = 1; k < u.size(); ++k) u(k) = u(k - 1) + std::clamp(u(k) - u(k - 1), -most, most);
+}
+
 }  // namespace
 
 Vector resample_on_grid(ConstVectorRef u, double delay_samples, double skew, Index first_sample) {
@@ -125,10 +132,7 @@ Matrix apply_drive_paths(const Plant& plant, ConstMatrixRef drive, Index first_s
     u = resample_on_grid(u, path.delay_s * hold_hz, plant.clock_skew, first_sample);
     if (path.gain != 1 || path.offset != 0) u = (path.gain * u).array() + path.offset;
     u = apply_lag(path.lag, u, hold_hz);
-    if (std::isfinite(path.rate_limit)) {
-      const double most = path.rate_limit / hold_hz;
-      for (Index k = 1; k < u.size(); ++k) u(k) = u(k - 1) + std::clamp(u(k) - u(k - 1), -most, most);
-    }
+    limit_rate(path.rate_limit, hold_hz, u);
     if (std::isfinite(path.saturation) && std::isfinite(path.saturation_sharpness)) {
       const double n = path.saturation_sharpness;
       for (double& value : u) value /= std::pow(1 + std::pow(std::abs(value / path.saturation), n), 1 / n);
@@ -159,7 +163,8 @@ Matrix drive_at_samples(const Plant& plant, ConstMatrixRef felt) {
 
 bool any_sensor_lags(const Plant& plant) {
   return std::any_of(plant.sensors.begin(), plant.sensors.end(), [](const Sensor& sensor) {
-    return sensor.path.lag.time_constant_s > 0 || std::isfinite(sensor.path.lag.cutoff_hz);
+    return sensor.path.lag.time_constant_s > 0 || std::isfinite(sensor.path.lag.cutoff_hz) ||
+           std::isfinite(sensor.path.rate_limit);
   });
 }
 
@@ -178,18 +183,27 @@ Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_
         const double t = static_cast<double>(k) / rate_hz, settling = path.drift_settling_per_s;
         y(k) += path.bias + path.drift_per_s * (settling > 0 ? -std::expm1(-settling * t) / settling : t);
       }
+    limit_rate(path.rate_limit, rate_hz, y);
     readings.row(i) = y.transpose();
   }
-  quantise(plant, readings);
+  convert_readings(plant, readings);
   return readings;
 }
 
-void quantise(const Plant& plant, Matrix& readings) {
+void convert_readings(const Plant& plant, Matrix& readings) {
   for (Index i = 0; i < readings.rows(); ++i) {
-    const double quantum = plant.sensors[static_cast<std::size_t>(i)].path.quantum;
+    const SensorPath& path = plant.sensors[static_cast<std::size_t>(i)].path;
+    const double end = path.saturation, quantum = path.quantum;
+    if (std::isfinite(end))
+      for (double& value : readings.row(i)) value = std::clamp(value, -end, end);
     if (quantum > 0)
       for (double& value : readings.row(i)) value = quantum * std::round(value / quantum);
   }
+}
+
+Plant unconverted(Plant plant) {
+  for (Sensor& sensor : plant.sensors) sensor.path.saturation = SensorPath{}.saturation;
+  return unquantised(std::move(plant));
 }
 
 Plant unquantised(Plant plant) {

@@ -11,9 +11,12 @@
 ///   interval earlier. A delay or lag behind the hold does that, since the step of the drive then falls between two
 ///   samples, and so do converters that are not in step; accelerometers on what the drive moves see it at once.
 /// Sensor: `"gain": 1, "crosstalk": {CHANNEL: factor}, "lag": {...}, "bias": 0, "drift_per_s": 0,
-/// "drift_settling_per_s": 0, "quantum": 0`;
-///   the record holds round(lag(gain y + sum factor y_CHANNEL) + bias + drift_per_s (1 - exp(-k t)) / k), t from the
-///   record's first sample, k the settling rate: a warm-up of time constant 1 / k, and drift_per_s t for k = 0.
+/// "drift_settling_per_s": 0, "rate_limit": none, "saturation": none, "quantum": 0`;
+///   the record holds round(clip(limit(lag(gain y + sum factor y_CHANNEL) + bias + drift_per_s (1 - exp(-k t)) / k))),
+///   t from the record's first sample, k the settling rate: a warm-up of time constant 1 / k, and drift_per_s t for
+///   k = 0. The rate limit [unit/s] is that of an amplifier, and bounds what it reads between the samples of a record
+///   too; the saturation L [unit] is the end of the measuring range: a reading beyond it is L or -L. Noise enters a
+///   measurement before the end of the range and the rounding, which both belong to the converter.
 /// `lag`: `{"time_constant_s": tau}` is 1 / (1 + tau s); `{"cutoff_hz": f, "damping_ratio": 0.7}` is
 ///   w^2 / (s^2 + 2 zeta w s + w^2), w = 2 pi f.
 /// Plant: `"clock_skew": e`, the drive's clock runs 1 + e times as fast as that of the record.
@@ -54,7 +57,9 @@ struct SensorPath {
   double drift_settling_per_s = 0;
   double quantum = 0;  ///< step of the converter; 0: none
   Lag lag = {};
-  std::vector<std::pair<std::string, double>> crosstalk = {};  ///< by channel: what of its ideal reading is added
+  double rate_limit = std::numeric_limits<double>::infinity();  ///< of the amplifier, unit/s; infinite: none
+  double saturation = std::numeric_limits<double>::infinity();  ///< end of the measuring range; infinite: none
+  std::vector<std::pair<std::string, double>> crosstalk = {};   ///< by channel: what of its ideal reading is added
 };
 
 /// Calls visit(key, unit, value, ideal, range) for every number of a lag or path, but not for crosstalk. `unit` is
@@ -85,6 +90,8 @@ void visit_sensor_path(AnyPath& path, const std::string& unit, Visit visit) {
   visit("drift_per_s", unit + "/s", path.drift_per_s, ideal.drift_per_s, Range{});
   visit("drift_settling_per_s", "1/s", path.drift_settling_per_s, ideal.drift_settling_per_s, Range{.low = 0});
   visit_lag(path.lag, visit);
+  visit("rate_limit", unit + "/s", path.rate_limit, ideal.rate_limit, Range{.low = 1e-12});
+  visit("saturation", unit, path.saturation, ideal.saturation, Range{.low = 1e-12});
   visit("quantum", unit, path.quantum, ideal.quantum, Range{.low = 0});
 }
 
@@ -114,11 +121,14 @@ Matrix drive_at_samples(const Plant& plant, ConstMatrixRef felt);
 
 /// Readings as a record holds them. @param ideal p x N at `rate_hz`, the first column at the record's first sample.
 Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_hz);
-/// Rounding alone, and the plant without it: noise enters a measurement before its converter.
+/// What the converters make of readings, the end of the range and the rounding alone, and the plant without these:
+/// noise enters a measurement before its converter.
 /// @param readings p x N, in place
-void quantise(const Plant& plant, Matrix& readings);
+void convert_readings(const Plant& plant, Matrix& readings);
+Plant unconverted(Plant plant);
+/// The plant whose converters do not round: a lattice has no slope.
 Plant unquantised(Plant plant);
-/// True if a sensor filters, so that its readings are needed at the hold rate.
+/// True if a sensor filters or limits its rate, so that its readings are needed at the hold rate.
 bool any_sensor_lags(const Plant& plant);
 
 /// u(t_k (1 + skew) - delay) on the grid of u, t = 0 at column `first_sample`; delay in samples.

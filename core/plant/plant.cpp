@@ -60,7 +60,8 @@ void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
       for (std::size_t k = 0; k < law.values.size(); ++k) {
         if (!std::isfinite(law.values[k])) continue;  // "none", e.g. no travel limit
         const LawParameter& parameter = law.kind->parameters[law.kind->parameters.front().is_list ? 0 : k];
-        visit(prefix + "." + names[k], element.name, parameter.unit, law.values[k], law.tolerance, parameter.range);
+        visit(prefix + "." + names[k], location_of(element), parameter.unit, law.values[k], law.tolerance,
+              parameter.range);
       }
     }
   }
@@ -74,6 +75,12 @@ std::vector<std::string> parameter_names(const Plant& plant) {
 }
 
 }  // namespace
+
+std::string guide_element(const std::string& mass) { return "guide_of_" + mass; }
+
+std::string location_of(const Element& element) {
+  return element.from == "ground" && element.name == guide_element(element.to) ? kGuide + element.to : element.name;
+}
 
 std::string actuator_of(const Plant& plant, const PlantInput& input) {
   return plant.inputs.size() == 1 ? "actuator" : "actuator:" + input.name;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/json.hpp"
+#include "core/base/place.hpp"
 #include "core/data/signal.hpp"
 #include "core/plant/laws.hpp"
 #include "core/plant/paths.hpp"
@@ -89,6 +90,11 @@ Plant parse_plant(const JsonCursor& cursor);
 /// `parse_plant(to_json(plant))` gives the same plant.
 Json to_json(const Plant& plant);
 
+/// Name of the element between the ground and a mass that holds the laws of its guide where a plant file has no other
+/// element there: what an effect puts at `guide:MASS`. (Names in a plant file hold no colon.)
+std::string guide_element(const std::string& mass);
+/// Location of an element: its name, or `guide:MASS` of that one.
+std::string location_of(const Element& element);
 /// Location of an input's drive path: `actuator`, or `actuator:NAME` where there are several inputs.
 std::string actuator_of(const Plant& plant, const PlantInput& input);
 
@@ -97,8 +103,8 @@ struct PlantParameter {
   std::string name;      ///< "body.mass_kg", "suspension.viscous_damper.damping_ns_per_m"; a second law of the same
                          ///< kind in one element is "suspension.linear_spring[2].stiffness_n_per_m"; paths are
                          ///< "actuator:road.delay_s", "sensor:travel.lag.time_constant_s", "timebase.clock_skew"
-  std::string location;  ///< name of the mass or element; `actuator` (`actuator:NAME` where there are several inputs),
-                         ///< `sensor:NAME`, `timebase`
+  std::string location;  ///< name of the mass, `location_of` the element; `actuator` (`actuator:NAME` where there are
+                         ///< several inputs), `sensor:NAME`, `timebase`
   std::string unit;
   double value = 0;
   double tolerance = default_tolerance;  ///< relative standard deviation of the value

@@ -25,7 +25,8 @@ Tangent::Tangent(const Plant& plant, const std::vector<Variation>& variations, I
   outputs.assign(active_, Matrix::Zero(plant.sensor_count(), kept_samples));
   for (Rows* rows : {&state_, &stage_, &sum_}) rows->resize(size, active_);
   own_rate_.resize(memories_, active_);
-  shares_.resize(n, active_);
+  coupled_ = motion.coupled();
+  shares_.resize(coupled_ ? n * n : n, active_);
   inputs_.resize(2 * motion.inputs_.size(), active_);
   applied_.resize(n, active_);
   Size memory_law = 0;
@@ -42,7 +43,7 @@ Tangent::Tangent(const Plant& plant, const std::vector<Variation>& variations, I
       part.g[static_cast<Size>(weight.mass)] += weight.value;
     for (const Motion::Weight& weight : motion.weights(static_cast<Index>(branch.from)))
       part.g[static_cast<Size>(weight.mass)] -= weight.value;
-    for (Size i = 0; i < n; ++i) part.pull[i] = part.g[i] * motion.inverse_mass_[i];
+    for (Size i = 0; i < n; ++i) part.pull[i] = motion.accelerated(part.g.data(), i);
     if (part.constant) elements_[b] = {branch.stiffness_n_per_m, branch.damping_ns_per_m, 1, 1};
     memory_law += branch.last_law - branch.first_memory;
     parts_.push_back(std::move(part));
@@ -73,12 +74,21 @@ Size Tangent::term_row(Size element, const Term& term) {
 void Tangent::add_neighbour(const Plant& plant, const Motion& motion, Size direction) {
   const Plant& other = *variations_[direction].neighbour;
   const double step = variations_[direction].step;
-  for (Size i = 0; i < masses_; ++i)
-    if (const double mass = plant.masses[i].mass_kg, moved = other.masses[i].mass_kg; mass != moved) {
-      shares_.set(i, direction, (mass / moved - 1) / step);
-      masses_change_ = true;
-    }
   Motion there(other);
+  if (!coupled_) {
+    for (Size i = 0; i < masses_; ++i)
+      if (const double mass = plant.masses[i].mass_kg, moved = other.masses[i].mass_kg; mass != moved) {
+        shares_.set(i, direction, (mass / moved - 1) / step);
+        masses_change_ = true;
+      }
+  } else if (const Matrix M = motion.mass_matrix(), moved = there.mass_matrix(); M != moved) {
+    // The forces at a given motion stay: a changes from M^-1 f to M'^-1 f = M'^-1 M a.
+    const Matrix shares = there.inverse_mass_matrix() * (M - moved) / step;
+    for (Size i = 0; i < masses_; ++i)
+      for (Size j = 0; j < masses_; ++j)
+        shares_.set(masses_ * i + j, direction, shares(static_cast<Index>(i), static_cast<Index>(j)));
+    masses_change_ = true;
+  }
   const Size before = changes_.size();
   for (Size b = 0; b < plant.elements.size(); ++b) {
     const Motion::Branch &branch = motion.branches_[b], &moved = there.branches_[b];
@@ -243,13 +253,25 @@ template <int N>
   const Size n = N > 0 ? N : masses_;
   if (masses_change_) {
     const Lanes* const share = shares_.block(four);
-    for (Size i = 0; i < n; ++i) a[i] = share[i] * Lanes(accelerations_[i]);
+    if (coupled_) {
+      for (Size i = 0; i < n; ++i) {
+        a[i] = 0.0;
+        for (Size j = 0; j < n; ++j) a[i] += share[n * i + j] * Lanes(accelerations_[j]);
+      }
+    } else {
+      for (Size i = 0; i < n; ++i) a[i] = share[i] * Lanes(accelerations_[i]);
+    }
   } else {
     for (Size i = 0; i < n; ++i) a[i] = 0.0;
   }
   if (!driven_.empty()) {
     const Lanes* const applied = applied_.block(four);
-    for (Size i = 0; i < n; ++i) a[i] += Lanes(motion.inverse_mass_[i]) * applied[i];
+    if (coupled_) {
+      for (Size i = 0; i < n; ++i)
+        for (Size j = 0; j < n; ++j) a[i] += Lanes(motion.inverse_matrix_[n * i + j]) * applied[j];
+    } else {
+      for (Size i = 0; i < n; ++i) a[i] += Lanes(motion.inverse_mass_[i]) * applied[i];
+    }
   }
   const Lanes* const own_rate = own_rate_.block(four);
   for (Size i = 0; i < memories_; ++i) r[i] = own_rate[i];

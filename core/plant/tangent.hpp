@@ -82,7 +82,7 @@ class Tangent {
     double factor = 1;
   };
   struct Part {
-    std::vector<double> g, pull;  // what the travel is made of, one a mass; that over the masses
+    std::vector<double> g, pull;  // what the travel is made of, one a mass; M^-1 times that
     int driven;
     double driven_sign;
     bool constant;  // its slopes never change
@@ -117,7 +117,9 @@ class Tangent {
   std::vector<std::vector<double>> term_values_;  // a row a term, until all neighbours are known
   Rows terms_;                                    // what neighbours change
   Rows own_rate_;                                 // what neighbours change in the rates of memories
-  Rows shares_;                                   // change of a mass's acceleration, per acceleration
+  Rows shares_;                                   // change of a mass's acceleration, per acceleration; where
+                                                  // inerters couple them per that of each, a row a mass
+  bool coupled_ = false;
   bool masses_change_ = false;
   std::vector<std::size_t> driven_;  // directions that change the drive
   Rows state_;                       // [q; v; z] at the start of the step

@@ -130,8 +130,8 @@ std::vector<FigureAxis> axes_of(const Plant& plant, const Examination& examinati
   };
   for (std::size_t e = 0; e < plant.elements.size(); ++e) {
     const Element& element = plant.elements[e];
-    const bool here = place == element.name || place == "guide:" + element.from || place == "guide:" + element.to ||
-                      (place == "actuator" && (drives(element.from) || drives(element.to)));
+    const bool here = place == location_of(element) || place == kGuide + element.from || place == kGuide + element.to ||
+                      (place_from(place).kind == PlaceKind::actuator && (drives(element.from) || drives(element.to)));
     if (!here) continue;
     const auto i = static_cast<Index>(e);
     return {{element.name + " travel", "m", examination.unknown_motion.travel.row(i).transpose()},
@@ -172,7 +172,7 @@ std::string place_of_note(const Diagnosis& diagnosis) {
   if (!diagnosis.verdict.locations.empty())
     for (const PlaceLeftover& place : diagnosis.evidence.places) {
       const std::string& wanted = diagnosis.verdict.locations.front().location;
-      for (const std::string& name : {wanted, "guide:" + wanted})  // a force on a mass
+      for (const std::string& name : {wanted, kGuide + wanted})  // a force on a mass
         if (place.location == name || std::find(place.same.begin(), place.same.end(), name) != place.same.end())
           return place.location;
     }

@@ -23,7 +23,7 @@ GeneratedRecord make_record(const ExperimentConfig& config, const Plant& plant, 
                   static_cast<std::uint64_t>(which * 4096 + i), static_cast<std::uint64_t>(realisation));
     drive.row(i) = make_drive(config.drive, hold_hz, lead, samples, random).values;
   }
-  return generate_record(unquantised(plant), drive, config.data.sampling_hz,
+  return generate_record(unconverted(plant), drive, config.data.sampling_hz,
                          {.substeps = config.data.substeps, .lead_samples = lead, .from_equilibrium = true});
 }
 
@@ -74,14 +74,17 @@ SimulatedRecords simulate_records(const ExperimentConfig& config, Index realisat
     Signal& signal = which == 0 ? records.training : records.validation;
     signal = std::move(record.signal);
     (which == 0 ? records.training_states : records.validation_states) = std::move(record.states);
-    if (which == 1) records.clean = signal.y;
+    if (which == 1) {
+      records.clean = signal.y;
+      convert_readings(unquantised(records.plant), records.clean);  // what the range holds, without noise and rounding
+    }
     records.noise_std = Vector::Zero(signal.output_count());
     if (config.data.snr_db) {
       Random random(static_cast<std::uint64_t>(config.data.seed), Stream::noise, static_cast<std::uint64_t>(which),
                     static_cast<std::uint64_t>(realisation));
       records.noise_std = add_noise(signal, *config.data.snr_db, random, config.departures.noise_corner_hz);
     }
-    quantise(records.plant, signal.y);
+    convert_readings(records.plant, signal.y);
     keep_outputs(config, signal);
   }
   records.clean = Matrix(records.clean(config.outputs, Eigen::all));

@@ -69,7 +69,7 @@ int run_generate(const GenerateRequest& request) {
       std::fprintf(stderr, "record %zu of %zu (%s, %g s)\n", g + 1, config.groups.size(), group.options.role.c_str(),
                    group.options.duration_s);
     const GroupDrive drive = make_group_drive(config, g, lead);
-    const GeneratedRecord clean = generate_record(unquantised(config.plant), drive.values, config.options.sampling_hz,
+    const GeneratedRecord clean = generate_record(unconverted(config.plant), drive.values, config.options.sampling_hz,
                                                   {.substeps = config.options.substeps,
                                                    .lead_samples = lead,
                                                    .from_equilibrium = config.options.start == "equilibrium"});
@@ -92,7 +92,7 @@ int run_generate(const GenerateRequest& request) {
                       static_cast<std::uint64_t>(config.options.realisation));
         noise_std = add_noise(record.signal, *config.options.noise_snr_db, random);
       }
-      quantise(config.plant, record.signal.y);
+      convert_readings(config.plant, record.signal.y);
       noise_power += noise_std.cwiseAbs2();
       Json levels = Json::object();
       for (Index i = 0; i < noise_std.size(); ++i)

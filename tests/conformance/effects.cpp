@@ -63,7 +63,7 @@ TEST_CASE("candidates stand at places of the plant, name parameters it has, and 
     for (const PlantInput& input : c.plant.inputs)
       places.insert(c.plant.input_count() == 1 ? "actuator" : "actuator:" + input.name);
     for (const Element& element : c.plant.elements) places.insert(element.name);
-    for (const Mass& mass : c.plant.masses) places.insert(mass.name);
+    for (const Mass& mass : c.plant.masses) places.insert({mass.name, "guide:" + mass.name});
     for (const Sensor& sensor : c.plant.sensors) places.insert("sensor:" + sensor.name);
     std::set<std::string> seen;
     for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation)) {
@@ -143,6 +143,155 @@ TEST_CASE("the screen finds the effect that is missing, at its place, and nothin
   for (std::size_t i = 0; i < 5; ++i) CHECK(again[i].gain == Approx(order[i].gain).epsilon(1e-3));
   for (const Screened& screened : order)
     if (screened.candidate + 1 == candidates.size()) CHECK(screened.gain < 0.05 * order[0].gain);
+}
+
+TEST_CASE("a mass that no element joins to the ground has a guide, and every law that may stand there vanishes") {
+  std::set<std::string> seen;
+  for (const Case& c : cases()) {
+    Vector base;
+    REQUIRE(plant_residual(c.plant, {c.record}, {c.rest}, base));
+    for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation)) {
+      if (!candidate.location.starts_with("guide:")) continue;
+      CAPTURE(c.plant.name, candidate.effect, candidate.location, candidate.form);
+      seen.insert(candidate.effect);
+      CHECK(c.plant.name != "one_mass");  // its spring stands on the ground
+      REQUIRE(candidate.plant.elements.size() == c.plant.elements.size() + 1);
+      const Element& guide = candidate.plant.elements.back();
+      CHECK(guide.from == "ground");
+      CHECK("guide:" + guide.to == candidate.location);
+      // The plant is one that a file can hold, and the law's numbers stand at the guide.
+      const Json written = to_json(candidate.plant);
+      CHECK(to_json(parse_plant(JsonCursor::from(written, "guided.json"))) == written);
+      Plant without = candidate.plant;
+      for (const PlantParameter& parameter : plant_parameters(candidate.plant)) {
+        if (parameter.location != candidate.location) continue;
+        const bool size = parameter.name.ends_with(".force_n") || parameter.name.ends_with(".damping_ns_per_m") ||
+                          parameter.name.ends_with(".stiffness_n_per_m");
+        if (size) set_parameter(without, parameter.name, 0);
+      }
+      Vector gone, there;
+      REQUIRE(plant_residual(without, {c.record}, {c.rest}, gone));
+      REQUIRE(plant_residual(candidate.plant, {c.record}, {c.rest}, there));
+      // Memories choose steps of their own, which the difference of two integrations shows.
+      CHECK((gone - base).norm() <= 1e-4 * c.record.y.norm());
+      CHECK((there - base).norm() > 1e-3 * c.record.y.norm());
+    }
+  }
+  CHECK(seen ==
+        std::set<std::string>{"added_damping", "bump_stop", "coulomb_friction", "damper_nonlinearity", "hysteresis"});
+}
+
+TEST_CASE("places of laws: all elements, and a guide for each mass that neither turns nor stands on the ground") {
+  const auto guided = [](const Plant& plant) {
+    Operation operation;
+    operation.elements.resize(plant.elements.size());
+    operation.guides.resize(plant.masses.size());
+    std::vector<std::string> masses;
+    const std::vector<LawPlace> places = law_places(plant, operation);
+    for (const LawPlace& place : places)
+      if (place.guide()) masses.push_back(place.mass);
+    CHECK(places.size() >= masses.size());
+    return masses;
+  };
+  using Names = std::vector<std::string>;
+  CHECK(guided(plant_from(one_mass_text)).empty());
+  CHECK(guided(plant_from(chain_text)) == Names{"low", "mid", "top"});
+  CHECK(guided(full_car()) == Names{"heave", "wheel_fl", "wheel_fr", "wheel_rl", "wheel_rr"});
+  const Case c = make_case(quarter_car_text, 0.005);
+  REQUIRE(guided(c.plant) == Names{"body", "wheel"});
+  // Once an effect has put an element there, a second law joins the first, at the same place.
+  const LawPlace wheel = law_places(c.plant, c.operation).back();
+  const EffectCandidate first =
+      with_law(c.plant, wheel, "coulomb_friction", "", "coulomb_friction", {20, 0, 0.1, 0.01}, {{"force_n", 1}});
+  CHECK(first.location == "guide:wheel");
+  CHECK(guided(first.plant) == Names{"body", "wheel"});
+  Operation again;
+  REQUIRE(operation_of(first.plant, {c.record}, {c.rest}, again));
+  const LawPlace same = law_places(first.plant, again).back();
+  CHECK(same.mass == "wheel");
+  CHECK(same.operation.force_rms_n == Approx(c.operation.guides[1].force_rms_n).epsilon(0.3));
+  const EffectCandidate second =
+      with_law(first.plant, same, "hysteresis", "", "bouc_wen", {20, 0.001, 1, 0.5}, {{"force_n", 1}});
+  CHECK(second.location == "guide:wheel");
+  CHECK(second.plant.elements.size() == first.plant.elements.size());
+  CHECK(second.plant.elements.back().laws.size() == 2);
+  // A damper there is no damper as delivered, whose bend another effect would be.
+  Plant damped = first.plant;
+  damped.elements.back().laws.push_back({find_law("viscous_damper"), {100}});
+  for (const EffectCandidate& candidate : effect_candidates(damped, again)) {
+    CAPTURE(candidate.effect, candidate.form);
+    if (candidate.location == "guide:wheel") CHECK(candidate.effect.find("damp") == std::string::npos);
+  }
+  // An element of the plant file at the ground is a place of its own.
+  Plant joined = c.plant;
+  joined.elements.push_back({"post", "wheel", "ground", {{find_law("viscous_damper"), {10}}}});
+  CHECK(guided(joined) == Names{"body"});
+}
+
+TEST_CASE("the screen finds friction between a mass and the ground, where the plant file has no element") {
+  Case c = make_case(quarter_car_text, 0.01);
+  for (const std::string location : {"guide:wheel", "guide:body"}) {
+    CAPTURE(location);
+    Plant truth = c.plant;
+    for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation))
+      if (candidate.effect == "coulomb_friction" && candidate.location == location && candidate.form == "smoothed sign")
+        truth = candidate.plant;
+    REQUIRE(truth.elements.size() == c.plant.elements.size() + 1);
+    Case measured = c;
+    measured.record.quantum.setZero();
+    measured.record.y = simulate(truth, c.record.drive, {.decimation = c.record.ratio}).outputs;
+    measured.record.weight_std = 0.001 * (measured.record.y.rowwise().norm() / std::sqrt(200.0));
+    REQUIRE(operation_of(c.plant, {measured.record}, {c.rest}, measured.operation));
+    const PlantFit base = fit_plant(c.plant, {}, {measured.record}, *make_levenberg_marquardt({}), {8});
+    REQUIRE(base.error.size() == 1);
+    const std::vector<EffectCandidate> candidates = effect_candidates(base.plant, measured.operation);
+    const std::vector<Screened> order = screen(base, {measured.record}, candidates);
+    CHECK(candidates[order[0].candidate].effect == "coulomb_friction");
+    CHECK(candidates[order[0].candidate].location == location);
+  }
+}
+
+TEST_CASE("the screen sees an accelerometer whose range ends too soon, by readings that end at one size") {
+  Case c = make_case(quarter_car_text, 0.01);
+  Plant truth = c.plant;
+  truth.sensors[1].path.saturation = 0.55 * c.operation.output_peak(1);
+  c.record.quantum.setZero();
+  c.record.y = simulate_measured(truth, c.record.drive, {.decimation = c.record.ratio}).outputs;
+  c.record.weight_std = 0.001 * (c.record.y.rowwise().norm() / std::sqrt(200.0));
+  REQUIRE(operation_of(c.plant, {c.record}, {c.rest}, c.operation));
+  CHECK(c.operation.output_ceiling(1) == Approx(truth.sensors[1].path.saturation));
+  const PlantFit base = fit_plant(c.plant, {}, {c.record}, *make_levenberg_marquardt({}), {8});
+  REQUIRE(base.error.size() == 1);
+  const std::vector<EffectCandidate> candidates = effect_candidates(base.plant, c.operation);
+  const std::vector<Screened> order = screen(base, {c.record}, candidates);
+  CHECK(candidates[order[0].candidate].effect == "saturation");
+  CHECK(candidates[order[0].candidate].location == "sensor:body_acc");
+  CHECK(order[0].gain > 0.9 * 0.5 * base.residual.squaredNorm());
+}
+
+TEST_CASE("a sensor is offered a range, a limited rate and a lag of either order where its path has none") {
+  const Case c = make_case(quarter_car_text, 0.005);
+  const auto offered = [&](const Plant& plant) {
+    std::set<std::string> forms;
+    for (const EffectCandidate& candidate : effect_candidates(plant, c.operation))
+      if (candidate.location == "sensor:body_acc" && candidate.effect != "crosstalk")
+        forms.insert(candidate.effect + ", " + candidate.form);
+    return forms;
+  };
+  const std::set<std::string> all = offered(c.plant);
+  for (const char* form :
+       {"saturation, end of range", "rate_limit, amplifier", "sensor_lag, first order", "sensor_lag, second order"})
+    CHECK(all.count(form) == 1);
+  Plant known = c.plant;
+  known.sensors[1].path = {.lag = {.cutoff_hz = 60}, .rate_limit = 100, .saturation = 10};
+  const std::set<std::string> others = offered(known);
+  for (const std::string& form : others) {
+    CAPTURE(form);
+    CHECK(form.find("saturation") == std::string::npos);
+    CHECK(form.find("rate_limit") == std::string::npos);
+    CHECK(form.find("sensor_lag") == std::string::npos);
+  }
+  CHECK(others.size() + 4 == all.size());
 }
 
 TEST_CASE("the screen sees a tyre that softens or hardens, by the square of its travel or by the cube") {

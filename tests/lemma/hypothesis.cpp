@@ -150,6 +150,51 @@ TEST_CASE("a law under two names is one hypothesis under both, each as plausible
   CHECK_FALSE(twins(pair[0], pair[1]));
 }
 
+TEST_CASE("at a guide where one effect stands a second may stand, at the guide of a mass that an effect brought none") {
+  Plant nominal = plant_from(quarter_car_text);
+  nominal.inputs[0].interpolation = "zoh";
+  Plant truth = nominal;
+  truth.elements.push_back(
+      {guide_element("wheel"), "ground", "wheel", {{find_law("coulomb_friction"), {30, 0, 1, 0.01}}}});
+  const RecordSet set = in_motion(truth, 1000);
+  const auto solver = make_levenberg_marquardt({});
+  const GapData data = gap_data(nominal, set, noise_floor(set), 0.25);
+  const GapSolvers solvers{*solver, *solver, *solver};
+  std::vector<std::string> offered;
+  const CandidateList guides = [&](const Plant& plant, const Operation& operation) {
+    std::vector<EffectCandidate> list;
+    for (EffectCandidate& candidate : effect_candidates(plant, operation))
+      if (candidate.form == "smoothed sign" && candidate.location.starts_with("guide:")) {
+        offered.push_back(candidate.location);
+        list.push_back(std::move(candidate));
+      }
+    return list;
+  };
+  const Study study{nominal, data, solvers, guides, {}};
+  Plant damped = nominal, hung = nominal;
+  damped.elements.push_back({guide_element("wheel"), "ground", "wheel", {{find_law("viscous_damper"), {20}}}});
+  hung.masses.push_back({"mode_on_wheel", 2});
+  hung.elements.push_back({"mode_on_wheel_mount",
+                           "wheel",
+                           "mode_on_wheel",
+                           {{find_law("linear_spring"), {8e4}}, {find_law("viscous_damper"), {80}}}});
+  for (const Plant& plant : {damped, hung}) {
+    const bool guided = plant.masses.size() == nominal.masses.size();
+    CAPTURE(guided);
+    const Hypothesis base = fit_hypothesis(study, plant, {});
+    REQUIRE_FALSE(base.fit.error.empty());
+    offered.clear();
+    std::vector<std::string> found;
+    for (const Hypothesis& one : extend(study, base, {.worth = 0})) found.push_back(one.effects.back().location);
+    const auto has = [](const std::vector<std::string>& list, const std::string& name) {
+      return std::find(list.begin(), list.end(), name) != list.end();
+    };
+    CHECK(has(found, "guide:wheel"));
+    CHECK(has(offered, "guide:mode_on_wheel") == !guided);
+    CHECK_FALSE(has(found, "guide:mode_on_wheel"));
+  }
+}
+
 TEST_CASE("a memory that was at work before a record began is no gap, and no short record is cut for it") {
   Plant plant = plant_from(quarter_car_text);
   plant.inputs[0].interpolation = "zoh";

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/gap/diagnose.hpp"
+#include "core/gap/judge.hpp"
 #include "core/plant/dataset.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
@@ -109,6 +110,24 @@ TEST_CASE("Lemma 3: a force missing between two masses, at the tyre or in a sens
   const std::vector<PlaceLeftover> places = places_of(nominal, truth);
   CHECK(places[0].location == "sensor:body_acc");
   CHECK(places[0].leftover == Approx(1).epsilon(0.2));
+}
+
+TEST_CASE("an effect at a guide is compared with the guide's place, one on a mass with that of its guide") {
+  const std::vector<Place> places = {{"suspension", {}, 1.5}, {"tyre", {"guide:wheel"}, 3}, {"guide:body", {}, 6}};
+  CHECK(leftover_ratio(places, "suspension") == 1);
+  CHECK(leftover_ratio(places, "guide:wheel") == Approx(2));
+  CHECK(leftover_ratio(places, "wheel") == Approx(2));
+  CHECK(leftover_ratio(places, "guide:body") == Approx(4));
+  // An element that stands for a guide has the guide's name, once.
+  Plant guided = plant_from(quarter_car_text);
+  guided.elements.push_back({guide_element("body"), "ground", "body", {{find_law("viscous_damper"), {20}}}});
+  int named = 0;
+  for (const Place& place : places_of(guided, guided)) {
+    CHECK(place.location != guide_element("body"));
+    named += place.location == "guide:body";
+    named += static_cast<int>(std::count(place.same.begin(), place.same.end(), "guide:body"));
+  }
+  CHECK(named == 1);
 }
 
 TEST_CASE("in a chain of three masses the element is found among its neighbours") {

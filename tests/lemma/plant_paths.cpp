@@ -187,6 +187,103 @@ TEST_CASE("a sensor's gain, bias, drift, crosstalk, lag and quantum change its c
   CHECK((slow - own).cwiseAbs().maxCoeff() > 0.1 * own.cwiseAbs().maxCoeff());
 }
 
+TEST_CASE("a reading beyond a sensor's range is the end of the range, with its bias and before its rounding") {
+  Plant plant = quarter_car();
+  const Matrix ideal = outputs(plant);
+  const double end = 0.4 * ideal.row(1).cwiseAbs().maxCoeff();
+  plant.sensors[1].path.saturation = end;
+  const Matrix clipped = outputs(plant);
+  CHECK(clipped.row(0) == ideal.row(0));
+  CHECK(clipped.row(2) == ideal.row(2));
+  CHECK(clipped.row(1) == ideal.row(1).cwiseMax(-end).cwiseMin(end));
+  CHECK((clipped.row(1).array().abs() == end).count() > 20);
+  plant.sensors[1].path.saturation = 1.01 * ideal.row(1).cwiseAbs().maxCoeff();
+  CHECK(outputs(plant) == ideal);
+  // Gain and bias come first, the steps of the converter last.
+  plant.sensors[1].path = {.gain = -2, .bias = 1, .quantum = 0.5, .saturation = 3.1};
+  Matrix y = Matrix::Zero(3, 5);
+  y.row(1) << 0, -2, 3, 0.55, 1;
+  const Eigen::RowVectorXd read = apply_sensor_paths(plant, y, 200).row(1);
+  CHECK((read - (Eigen::RowVectorXd(5) << 1, 3, -3, 0, -1).finished()).cwiseAbs().maxCoeff() < 1e-12);
+}
+
+TEST_CASE("noise enters a measurement before the end of the range: what was clipped with it is clipped again") {
+  Plant plant = quarter_car();
+  plant.sensors[1].path = {.quantum = 0.1, .saturation = 1.5};
+  const Plant open = unconverted(plant);
+  CHECK(std::isinf(open.sensors[1].path.saturation));
+  CHECK(open.sensors[1].path.quantum == 0);
+  CHECK(unquantised(plant).sensors[1].path.saturation == 1.5);
+  const Matrix ideal = 3 * Matrix::Random(3, 200);
+  Matrix readings = apply_sensor_paths(open, ideal, 200);
+  CHECK(readings == ideal);
+  convert_readings(plant, readings);
+  CHECK(readings == apply_sensor_paths(plant, ideal, 200));
+  CHECK(readings.row(1).cwiseAbs().maxCoeff() == Approx(1.5));
+  CHECK(readings.row(2) == ideal.row(2));
+}
+
+TEST_CASE("a sensor of limited rate never reads a faster change, between the samples of a record either") {
+  Plant plant = quarter_car();
+  const Matrix ideal = outputs(plant);
+  const double fastest = 200 * (ideal.row(2).tail(799) - ideal.row(2).head(799)).cwiseAbs().maxCoeff();
+  const auto with = [&](double limit) {
+    plant.sensors[2].path.rate_limit = limit;
+    const Matrix y = outputs(plant);
+    CHECK(y.topRows(2) == ideal.topRows(2));
+    return Eigen::RowVectorXd(y.row(2));
+  };
+  for (const double share : {0.2, 0.6}) {
+    const Eigen::RowVectorXd slow = with(share * fastest);
+    CHECK(200 * (slow.tail(799) - slow.head(799)).cwiseAbs().maxCoeff() <= share * fastest * (1 + 1e-9));
+    CHECK((slow - ideal.row(2)).cwiseAbs().maxCoeff() > 1e-3 * ideal.row(2).cwiseAbs().maxCoeff());
+  }
+  CHECK((with(1e9) - ideal.row(2)).cwiseAbs().maxCoeff() < 1e-12 * ideal.row(2).cwiseAbs().maxCoeff());
+  // It follows what it can follow at once, and a jump in steps.
+  plant.sensors[2].path.rate_limit = 200;
+  Matrix y = Matrix::Zero(3, 6);
+  y.row(2) << 0, 0.5, 4, 4, 4, 4;
+  CHECK((apply_sensor_paths(plant, y, 200).row(2) - (Eigen::RowVectorXd(6) << 0, 0.5, 1.5, 2.5, 3.5, 4).finished())
+            .cwiseAbs()
+            .maxCoeff() < 1e-12);
+}
+
+TEST_CASE("the derivatives of what sensors read are those of their paths: range, rate limit, lag of either order") {
+  Plant plant = quarter_car();
+  const Matrix ideal = outputs(plant);
+  const double peak = ideal.row(2).cwiseAbs().maxCoeff();
+  const double fastest = 200 * (ideal.row(2).tail(799) - ideal.row(2).head(799)).cwiseAbs().maxCoeff();
+  const Matrix drive = 0.004 * sine(3, 1000, 2000).transpose();
+  const std::string place = "sensor:wheel_acc.";
+  const std::vector<std::pair<std::string, double>> sizes = {
+      {"saturation", 0.5 * peak}, {"rate_limit", 0.5 * fastest}, {"lag.cutoff_hz", 30}, {"lag.damping_ratio", 0.6}};
+  for (const auto& [key, value] : sizes) {
+    CAPTURE(key);
+    plant.sensors[2].path = {};
+    if (key == "lag.damping_ratio") plant.sensors[2].path.lag.cutoff_hz = 30;
+    set_parameter(plant, place + key, value);
+    // How the path itself moves, and how it hands on what the plant does.
+    for (const std::string& moved : {place + key, std::string("suspension.viscous_damper.damping_ns_per_m")}) {
+      CAPTURE(moved);
+      const double scale = 1e-4 * get_parameter(plant, moved);
+      const auto run = [&](double steps) {
+        Plant there = plant;
+        set_parameter(there, moved, get_parameter(plant, moved) + steps * scale);
+        return simulate_measured(there, drive, {.substeps = 2, .decimation = 5}).outputs;
+      };
+      Plant neighbour = plant;
+      set_parameter(neighbour, moved, get_parameter(plant, moved) + scale);
+      const VariedSimulation varied =
+          simulate_varied(plant, drive, {.substeps = 2, .decimation = 5}, {{.neighbour = &neighbour, .step = 1}});
+      REQUIRE(varied.simulation.status == Status::ok);
+      CHECK((varied.simulation.outputs - run(0)).cwiseAbs().maxCoeff() < 1e-9 * peak);
+      const Matrix difference = 0.5 * (run(1) - run(-1));
+      CHECK(difference.row(2).norm() > 0);
+      CHECK((varied.outputs[0] - difference).norm() < 0.02 * difference.norm());
+    }
+  }
+}
+
 TEST_CASE("the command stays in the record, and generating equals simulating") {
   Plant plant = quarter_car();
   plant.inputs[0].path = {.gain = 0.9, .delay_s = 0.0042, .lag = {.cutoff_hz = 40}};
@@ -214,7 +311,9 @@ TEST_CASE("paths read back what they write, and their numbers are parameters wit
     "lag": {"cutoff_hz": 35, "damping_ratio": 0.7}, "rate_limit": 1.2, "saturation": 0.06})"));
   text["sensors"][1].update(
       Json::parse(R"({"gain": 1.02, "bias": 0.1, "drift_per_s": 0.01, "drift_settling_per_s": 0.02,
-    "lag": {"time_constant_s": 0.004}, "crosstalk": {"wheel_acc": 0.02}, "quantum": 0.01})"));
+    "lag": {"time_constant_s": 0.004}, "crosstalk": {"wheel_acc": 0.02}, "rate_limit": 900, "saturation": 20,
+    "quantum": 0.01})"));
+  text["sensors"][2].update(Json::parse(R"({"lag": {"cutoff_hz": 60, "damping_ratio": 0.65}})"));
   text["clock_skew"] = 5e-5;
   Plant plant = plant_from(text.dump());
   const Json written = to_json(plant);
@@ -223,15 +322,18 @@ TEST_CASE("paths read back what they write, and their numbers are parameters wit
   CHECK(written["sensors"][1]["crosstalk"] == text["sensors"][1]["crosstalk"]);
   CHECK(get_parameter(plant, "actuator:road.lag.cutoff_hz") == 35);
   CHECK(get_parameter(plant, "sensor:body_acc.crosstalk.wheel_acc") == 0.02);
+  CHECK(written["sensors"][2]["lag"] == text["sensors"][2]["lag"]);
+  CHECK(get_parameter(plant, "sensor:body_acc.rate_limit") == 900);
+  CHECK(get_parameter(plant, "sensor:body_acc.saturation") == 20);
   CHECK(get_parameter(plant, "timebase.clock_skew") == 5e-5);
   set_parameter(plant, "sensor:travel.gain", 1.01);  // ideal so far
   CHECK(plant.sensors[0].path.gain == 1.01);
   std::vector<std::string> places;
   for (const PlantParameter& parameter : plant_parameters(plant))
     if (parameter.name == "actuator:road.delay_s" || parameter.name == "sensor:travel.gain" ||
-        parameter.name == "timebase.clock_skew")
+        parameter.name == "sensor:body_acc.rate_limit" || parameter.name == "timebase.clock_skew")
       places.push_back(parameter.location + " " + parameter.unit);
-  CHECK(places == std::vector<std::string>{"actuator s", "sensor:travel -", "timebase -"});
+  CHECK(places == std::vector<std::string>{"actuator s", "sensor:travel -", "sensor:body_acc m/s^2/s", "timebase -"});
 }
 
 TEST_CASE("mistakes in paths are refused with their place and the known names") {
@@ -247,6 +349,8 @@ TEST_CASE("mistakes in paths are refused with their place and the known names") 
              Contains("$.sensors[0].crosstalk.wheel") && Contains("wheel_acc"));
   CHECK_THAT(refusal("sensors", {{"crosstalk", {{"travel", 0.1}}}}), Contains("$.sensors[0].crosstalk.travel"));
   CHECK_THAT(refusal("sensors", {{"offset", 0.1}}), Contains("offset") && Contains("bias"));
+  CHECK_THAT(refusal("sensors", {{"saturation", 0}}), Contains("$.sensors[0].saturation"));
+  CHECK_THAT(refusal("sensors", {{"rate_limit", -1}}), Contains("$.sensors[0].rate_limit"));
   Json plant = Json::parse(quarter_car_text);
   plant["clock_skew"] = 0.5;
   CHECK_THROWS_WITH(plant_from(plant.dump()), Contains("$.clock_skew"));

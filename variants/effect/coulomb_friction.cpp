@@ -2,26 +2,30 @@
 
 namespace wheelhop {
 
-// A strut slides with 20 to 100 N, with side load 150 N; on another bench, with a share of the forces at work there.
+// A strut slides with 20 to 100 N, with side load 150 N; on another bench, with a share of the forces at work there. A
+// mass slides on its guide with a share of the force that accelerates it.
 std::shared_ptr<const Effect> make_coulomb_friction(const EffectOptions&) {
   return effect_family(
       "coulomb_friction", [](const Plant& plant, const Operation& operation, std::vector<EffectCandidate>& list) {
-        for (std::size_t e = 0; e < plant.elements.size(); ++e) {
-          const ElementOperation& own = operation.elements[e];
+        for (const LawPlace& place : law_places(plant, operation)) {
+          const ElementOperation& own = place.operation;
           const double force = 0.1 * own.force_rms_n, speed = 0.03 * own.rate_rms_m_per_s;
           if (!(force > 0 && speed > 0)) continue;
-          list.push_back(with_law(plant, e, "coulomb_friction", "smoothed sign", "coulomb_friction",
+          list.push_back(with_law(plant, place, "coulomb_friction", "smoothed sign", "coulomb_friction",
                                   {force, 0, 10 * speed, speed},
                                   {{"force_n", third(force)}, {"velocity_m_per_s", third(speed)}}));
           plausibly(list.back(), "velocity_m_per_s", 1e-3 * own.rate_rms_m_per_s, 0.2 * own.rate_rms_m_per_s);
-          typically(list.back(), "force_n", 40);
-          typically(list.back(), "velocity_m_per_s", 0.005);
+          if (!place.guide()) {
+            typically(list.back(), "force_n", 40);
+            typically(list.back(), "velocity_m_per_s", 0.005);
+          }
           // Sliding that a stiff elastic travel of some percent of the whole precedes (Dahl 1968).
           const double yield = 0.02 * own.travel_rms_m;
-          list.push_back(with_law(plant, e, "coulomb_friction", "presliding", "bouc_wen", {force, yield, 1, 0.5},
+          list.push_back(with_law(plant, place, "coulomb_friction", "presliding", "bouc_wen", {force, yield, 1, 0.5},
                                   {{"force_n", third(force)}, {"yield_travel_m", third(yield)}}));
           followed_by_steps(list.back(), own);
           plausibly(list.back(), "yield_travel_m", 2e-5, 3e-4);
+          if (place.guide()) continue;
           typically(list.back(), "force_n", 40);
           typically(list.back(), "yield_travel_m", 1e-4);
         }

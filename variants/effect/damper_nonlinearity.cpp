@@ -1,10 +1,30 @@
 #include "variants/effect/effects.hpp"
 
 namespace wheelhop {
+namespace {
+
+/// Flow around a guided mass or through the gap of its guide, which no damper is there to bend. The drag goes with the
+/// speed to the power 1.75 (turbulent along smooth walls, Blasius 1913) to 2 (orifice, bluff body).
+void add_drag(const Plant& plant, const Operation& operation, std::vector<EffectCandidate>& list) {
+  for (const LawPlace& place : law_places(plant, operation)) {
+    const ElementOperation& own = place.operation;
+    const bool known = place.element < plant.elements.size() && has_damper(plant.elements[place.element]);
+    if (!place.guide() || known || at_drive(plant, place)) continue;
+    if (!(own.force_rms_n > 0 && own.rate_rms_m_per_s > 0)) continue;
+    // A tenth of the forces at work at the usual speed, and no linear part but at a third of that.
+    const double knee = third(own.rate_rms_m_per_s), damping = 0.1 * own.force_rms_n / own.rate_rms_m_per_s / 4;
+    list.push_back(with_law(plant, place, "damper_nonlinearity", "drag", "power_law_damper", {damping, knee, 2},
+                            {{"damping_ns_per_m", third(damping)}, {"exponent", 0.2}}));
+    plausibly(list.back(), "exponent", 1.6, 2.2);
+  }
+}
+
+}  // namespace
 
 std::shared_ptr<const Effect> make_damper_nonlinearity(const EffectOptions&) {
   return effect_family("damper_nonlinearity", [](const Plant& plant, const Operation& operation,
                                                  std::vector<EffectCandidate>& list) {
+    add_drag(plant, operation, list);
     for (std::size_t e = 0; e < plant.elements.size(); ++e) {
       const double damping = viscous_damping(plant.elements[e]);
       const ElementOperation& own = operation.elements[e];

@@ -5,17 +5,18 @@ namespace wheelhop {
 std::shared_ptr<const Effect> make_hysteresis(const EffectOptions&) {
   return effect_family(
       "hysteresis", [](const Plant& plant, const Operation& operation, std::vector<EffectCandidate>& list) {
-        for (std::size_t e = 0; e < plant.elements.size(); ++e) {
-          const ElementOperation& own = operation.elements[e];
+        for (const LawPlace& place : law_places(plant, operation)) {
+          const ElementOperation& own = place.operation;
           const double force = 0.1 * own.force_rms_n;
           if (!(force > 0 && own.travel_rms_m > 0)) continue;
           // Two yield travels: a share of the travel, and one the element hardly leaves.
           for (const double share : {0.1, 0.5}) {
             const double yield = share * own.travel_rms_m;
-            list.push_back(with_law(plant, e, "hysteresis", "Bouc-Wen", "bouc_wen", {force, yield, 1, 0.5},
+            list.push_back(with_law(plant, place, "hysteresis", "Bouc-Wen", "bouc_wen", {force, yield, 1, 0.5},
                                     {{"force_n", third(force)}, {"yield_travel_m", third(yield)}}));
             followed_by_steps(list.back(), own);
             plausibly(list.back(), "yield_travel_m", 2e-4, 5e-3);
+            if (place.guide()) continue;
             typically(list.back(), "force_n", 60);
             typically(list.back(), "yield_travel_m", share < 0.3 ? 0.0005 : 0.002);
           }

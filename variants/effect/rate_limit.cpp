@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "variants/effect/effects.hpp"
 
 namespace wheelhop {
@@ -15,6 +17,18 @@ std::shared_ptr<const Effect> make_rate_limit(const EffectOptions&) {
                                      {{path + ".rate_limit", limit, 0.2 * limit}}));
             list.back().proportional = false;
             if (input.kind == InputKind::displacement) typically(list.back(), "rate_limit", 0.8);
+          }
+        }
+        for (Index i = 0; i < plant.sensor_count(); ++i) {
+          const Sensor& sensor = plant.sensors[static_cast<std::size_t>(i)];
+          const std::string place = "sensor:" + sensor.name;
+          if (std::isfinite(sensor.path.rate_limit)) continue;
+          for (const double share : {0.5, 0.8}) {  // of the fastest reading
+            const double limit = share * operation.output_rate_peak(i);
+            if (!(limit > 0)) continue;
+            list.push_back(
+                with_path(plant, "rate_limit", place, "amplifier", {{place + ".rate_limit", limit, 0.2 * limit}}));
+            list.back().proportional = false;
           }
         }
       });

@@ -13,12 +13,6 @@
 namespace wheelhop {
 namespace {
 
-/// A sensor, an actuator or the clock: no force of the plant.
-bool is_path(const std::string& location) {
-  return location.starts_with("sensor:") || location == "actuator" || location.starts_with("actuator:") ||
-         location == "timebase";
-}
-
 /// What is being decided on.
 struct Case {
   const Evidence& evidence;
@@ -208,7 +202,7 @@ Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
   const std::string odd = answer.pair ? "" : odd_size(c, last);
   // Held-out records that never reach the effect have no gap that could be closed.
   const bool reached = e.retuned.misfit > 1 + t.too_small;
-  const double too_little = is_path(last.location) ? t.explains_well : t.surely_not;
+  const double too_little = is_path(place_from(last.location)) ? t.explains_well : t.surely_not;
   const bool unexplained =
       explained < t.explains || (reached && explained < t.explains_well && answer.candidate->closure.high < too_little);
   if (!unexplained && !misplaced && odd.empty()) {
@@ -236,7 +230,7 @@ Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
   verdict.row = "3a";
   verdict.why = "an effect explains the gap by a size that is not its own";
   verdict.locations = by_effects;
-  verdict.named = {"unknown@" + last.location};
+  verdict.named = {"unknown@" + without_guide(last.location)};
   return verdict;
 }
 

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "core/gap/verdict/decide.hpp"
 #include "core/gap/verdict/posterior.hpp"
@@ -18,26 +17,21 @@ Vector by_leftover(const std::vector<PlaceOrPair>& list, Index blocks, double li
   return probabilities_by_leftover(left, blocks, limit);
 }
 
-/// A force between the ground and a mass is one on the mass.
-std::string own_name(const std::string& location) {
-  return location.starts_with(kGuide) ? location.substr(std::strlen(kGuide)) : location;
-}
-
 /// Two unknown signals, where one does not explain all channels.
 Verdict two_places(const Evidence& evidence, const Thresholds& thresholds, Verdict verdict) {
   const Vector p = by_leftover(evidence.place_pairs, evidence.retuned.blocks.size(), thresholds.limit);
   std::vector<std::pair<std::string, double>> speaking;
   for (std::size_t i = 0; i < evidence.place_pairs.size(); ++i)
     for (const std::string& location : evidence.place_pairs[i].locations)
-      speaking.emplace_back(own_name(location), p(static_cast<Index>(i)));
+      speaking.emplace_back(without_guide(location), p(static_cast<Index>(i)));
   verdict.locations = locations_of(speaking, thresholds.limit);
   verdict.named.clear();
   for (const std::string& location : evidence.place_pairs.front().locations) {
     const auto own = std::find_if(verdict.locations.begin(), verdict.locations.end(),
-                                  [&](const auto& other) { return other.location == own_name(location); });
+                                  [&](const auto& other) { return other.location == without_guide(location); });
     const auto place = verdict.locations.begin() + static_cast<std::ptrdiff_t>(verdict.named.size());
     std::rotate(place, own, own + 1);
-    verdict.named.push_back("unknown@" + own_name(location));
+    verdict.named.push_back("unknown@" + without_guide(location));
   }
   verdict.answer = AtTwoPlaces{};
   verdict.row = "4b";
@@ -99,7 +93,7 @@ Verdict decide_place(const Evidence& evidence, const Thresholds& thresholds, Ver
   const PlaceLeftover& best = evidence.places.front();
   std::string guide;
   for (const std::string& entry : entries_of(best))
-    if (guide.empty() && entry.starts_with(kGuide)) guide = entry;
+    if (guide.empty() && place_from(entry).kind == PlaceKind::guide) guide = entry;
   const bool nothing_moves_it = std::any_of(evidence.motion.begin(), evidence.motion.end(), [&](const auto& motion) {
     return motion.at == best.location && motion.entry.empty() && motion.share == 0;
   });
@@ -109,10 +103,10 @@ Verdict decide_place(const Evidence& evidence, const Thresholds& thresholds, Ver
     verdict.answer = Exogenous{};
     verdict.row = "4c";
     verdict.why = "a force on a mass that nothing that moves explains";
-  } else if (!location.starts_with("sensor:")) {
+  } else if (place_from(location).kind != PlaceKind::sensor) {
     location = entry_of_motion(evidence, thresholds, best.location, guide);
   }
-  location = own_name(location);
+  location = without_guide(location);
   const auto again = [&](const LocationProbability& other) { return other.location == location; };
   const auto others = verdict.locations.begin() + 1;
   verdict.locations.erase(std::remove_if(others, verdict.locations.end(), again), verdict.locations.end());

@@ -9,13 +9,11 @@
 #include <vector>
 
 #include "core/base/json.hpp"
+#include "core/base/place.hpp"
 
 namespace wheelhop {
 
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-
-/// What stands before a mass in the name of the place between it and the ground.
-inline constexpr const char* kGuide = "guide:";
 
 /// The plant at a stage on the held-out records: as delivered, re-tuned, with the answer.
 struct GapStage {
@@ -100,6 +98,9 @@ struct NoiseEvidence {
     visit("colour", colour);
   }
 };
+
+/// True of effects that are a wrong value of the plant file: mass_error, stiffness_error, damping_error.
+bool is_parameter_error(const std::string& effect);
 
 /// A parameter of the plant file after re-tuning inside the tolerances.
 struct ToleranceEvidence {

@@ -130,9 +130,11 @@ Vector probabilities_by_leftover(ConstVectorRef left, Index blocks, double limit
 }
 
 double leftover_ratio(const std::vector<PlaceLeftover>& places, const std::string& location) {
+  const Place wanted = place_from(location);
   const auto matches = [&](const std::string& entry) {
-    return entry == location || entry == kGuide + location ||
-           (location == "timebase" && entry.starts_with("actuator"));  // the drive's clock enters with the drive
+    const Place own = place_from(entry);
+    return own == wanted || (own.kind == PlaceKind::guide && own.name == location) ||
+           (wanted.kind == PlaceKind::timebase && own.kind == PlaceKind::actuator);  // its clock enters with the drive
   };
   for (const PlaceLeftover& place : places)
     if (matches(place.location) || std::any_of(place.same.begin(), place.same.end(), matches))
@@ -213,12 +215,11 @@ std::vector<RankedCandidate> ranked_pairs(const Evidence& evidence, const Candid
 std::string others_out(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds) {
   const ToleranceEvidence& own = evidence.tolerances[freed.tolerance];
   std::string list;
-  const auto shapes_it = [&](const std::string& name) {
-    return !own.effect.ends_with("_error") && name.starts_with(own.location + ".");
+  const auto shapes_it = [&](const ToleranceEvidence& other) {
+    return !is_parameter_error(own.effect) && other.location == own.location;
   };
   for (std::size_t i = 0; i < freed.z.size(); ++i)
-    if (i != freed.tolerance && !shapes_it(evidence.tolerances[i].parameter) &&
-        std::abs(freed.z[i]) > thresholds.not_home)
+    if (i != freed.tolerance && !shapes_it(evidence.tolerances[i]) && std::abs(freed.z[i]) > thresholds.not_home)
       list += fmt::format("{}{} ({:+.1f} tolerances)", list.empty() ? "" : ", ", evidence.tolerances[i].parameter,
                           freed.theta[i]);
   return list;

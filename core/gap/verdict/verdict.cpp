@@ -4,6 +4,10 @@
 
 namespace wheelhop {
 
+bool is_parameter_error(const std::string& effect) {
+  return effect == "mass_error" || effect == "stiffness_error" || effect == "damping_error";
+}
+
 const CandidateEvidence& candidate_of(const Evidence& evidence, const Effects& effects) {
   return (effects.pair ? evidence.pairs : evidence.singles)[effects.candidate];
 }
@@ -42,7 +46,7 @@ std::string outcome_of(const Verdict& verdict) {
     const Verdict& verdict;
     std::string operator()(const NoGap&) const { return "none"; }
     std::string operator()(const Parameters&) const {
-      return verdict.suspects.front().effect.ends_with("_error") ? "parameter" : "effect";
+      return is_parameter_error(verdict.suspects.front().effect) ? "parameter" : "effect";
     }
     std::string operator()(const Effects&) const {
       if (verdict.named.size() > 1) return "several";

@@ -63,23 +63,27 @@ std::vector<Entry> all_entries(const PlantFit& fit, const std::vector<FitRecord>
   std::vector<Entry> entries;
   for (std::size_t j = 0; j < plant.sensors.size(); ++j)
     entries.push_back({{"sensor:" + plant.sensors[j].name, {}, 0}, static_cast<Index>(j), {}});
+  const auto known = [](const Place& place, const std::string& location) {
+    return place.location == location || std::find(place.same.begin(), place.same.end(), location) != place.same.end();
+  };
   const auto add = [&](const std::string& from, const std::string& to, const std::string& location) {
     Entry entry{{location, {}, 0}, -1, linearise_with_force(fit, from, to)};
     if (entry.linear.A.size() == 0) return;
     for (Entry& other : entries)
       if (other.sensor < 0 && enter_alike(entry.linear, other.linear, highest_hz)) {
-        other.place.same.push_back(location);
+        if (!known(other.place, location)) other.place.same.push_back(location);  // a guide that is an element
         return;
       }
     entries.push_back(std::move(entry));
   };
   for (const Element& element : plant.elements) {
-    add(element.from, element.to, element.name);
+    const std::string location = location_of(element);
+    add(element.from, element.to, location);
     for (const PlantInput& input : plant.inputs)
-      if (!entries.empty() && entries.back().place.location == element.name && drives(input, element))
+      if (!entries.empty() && entries.back().place.location == location && drives(input, element))
         entries.back().place.same.push_back(actuator_of(plant, input));
   }
-  for (const Mass& mass : plant.masses) add("ground", mass.name, "guide:" + mass.name);
+  for (const Mass& mass : plant.masses) add("ground", mass.name, kGuide + mass.name);
   return entries;
 }
 

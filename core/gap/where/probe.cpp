@@ -31,13 +31,13 @@ bool ends_of(const Plant& plant, const std::string& location, std::string& from,
     const bool driven = std::any_of(plant.inputs.begin(), plant.inputs.end(), [&](const PlantInput& input) {
       return drives(input, element) && actuator_of(plant, input) == location;
     });
-    if (element.name != location && !driven) continue;
+    if (location_of(element) != location && !driven) continue;
     from = element.from;
     to = element.to;
     return true;
   }
   for (const Mass& mass : plant.masses)
-    if (location == "guide:" + mass.name) {
+    if (location == kGuide + mass.name) {
       from = "ground";
       to = mass.name;
       return true;

@@ -36,10 +36,10 @@ std::vector<Moved> moved_at(const Plant& plant, const FitRecord& record, const T
   std::vector<Moved> list;
   const auto wanted = [&](const std::string& name) { return entry.empty() || entry == name; };
   for (std::size_t e = 0; e < plant.elements.size(); ++e)
-    if (const auto row = static_cast<Index>(e); wanted(plant.elements[e].name))
+    if (const auto row = static_cast<Index>(e); wanted(location_of(plant.elements[e])))
       list.push_back({motion.travel.row(row), motion.rate.row(row)});
   for (std::size_t i = 0; i < plant.masses.size(); ++i)
-    if (const auto row = static_cast<Index>(i); wanted("guide:" + plant.masses[i].name))
+    if (const auto row = static_cast<Index>(i); wanted(kGuide + plant.masses[i].name))
       list.push_back({motion.position.row(row), motion.velocity.row(row)});
   const Matrix drive = decimate(apply_drive_paths(plant, record.drive, 0), record.ratio);
   for (std::size_t i = 0; i < plant.inputs.size(); ++i)
@@ -220,12 +220,12 @@ std::vector<MotionShare> motion_shares(const PlantFit& fit, const std::vector<Fi
     if (std::none_of(shares.begin(), shares.end(), asked))
       shares.push_back({at, entry, attached, explained_by_states(fit, records, at, entry)});
   };
-  if (best.starts_with("sensor:")) return shares;  // a sensor's error is no function of what moves
+  if (place_from(best).kind == PlaceKind::sensor) return shares;  // a sensor's error is no function of what moves
   ask(best, "", false);
   for (const PlaceLeftover& place : places)
     if (place.leftover <= near * places.front().leftover)
       for (const std::string& entry : entries_of(place)) ask(place.location, entry, false);
-  if (best.starts_with(kGuide))
+  if (place_from(best).kind == PlaceKind::guide)
     for (const Element& element : fit.plant.elements)
       if (kGuide + element.from == best || kGuide + element.to == best) ask(best, element.name, true);
   return shares;

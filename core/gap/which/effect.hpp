@@ -23,7 +23,7 @@ struct Plausible {
 /// One effect at one place, in one form: the plant with it, ready to be simulated and fitted.
 struct EffectCandidate {
   std::string effect;                    ///< id, as the family's name
-  std::string location;                  ///< element, mass, "actuator", "sensor:CHANNEL" or "timebase"
+  std::string location;                  ///< element, mass, "guide:MASS", "actuator", "sensor:CHANNEL" or "timebase"
   std::string form;                      ///< which of the family's forms
   Plant plant;                           ///< the plant asked about, with the effect at a typical size
   std::vector<FitParameter> parameters;  ///< what a fit moves; the first is the strength. None: nothing to fit

@@ -142,9 +142,10 @@ void share_solutions(std::vector<Hypothesis>& list) {
 
 bool by_chi2(const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; }
 
-/// True of an element or mass that an effect has put into a plant: no place of the user's.
+/// True of an element or mass that an effect has put into a plant, and of such a mass's guide: no place of the user's.
+/// The guide of one of the user's masses is, whoever put an element there.
 bool added(const Plant& nominal, const Plant& plant, const std::string& location) {
-  const auto named = [&](const auto& part) { return part.name == location; };
+  const auto named = [&](const auto& part) { return part.name == location || kGuide + part.name == location; };
   return std::any_of(plant.elements.begin() + static_cast<std::ptrdiff_t>(nominal.elements.size()),
                      plant.elements.end(), named) ||
          std::any_of(plant.masses.begin() + static_cast<std::ptrdiff_t>(nominal.masses.size()), plant.masses.end(),

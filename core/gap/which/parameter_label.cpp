@@ -44,13 +44,14 @@ constexpr ErrorOf kNamed[] = {{"mass_kg", "mass_error"},
                               {".maxwell_branch", "series_compliance"},
                               {".damper_mount", "series_compliance"},
                               {".cavitating_damper", "cavitation"},
-                              {".fading_damper", "damper_fade"}};
+                              {".fading_damper", "damper_fade"},
+                              {".inerter", "inertance"}};
 
 /// What an error of a parameter is called: what it changes at rest, or how it bends a law away from there.
 std::string error_id(const Plant& plant, const PlantParameter& parameter) {
   constexpr double away = 1e-3;  // m, m/s
   if (parameter.name.find(".lag.") != std::string::npos)
-    return parameter.location.starts_with("sensor:") ? "sensor_lag" : "actuator_lag";
+    return place_from(parameter.location).kind == PlaceKind::sensor ? "sensor_lag" : "actuator_lag";
   for (const ErrorOf& named : kNamed)
     if (parameter.name.find(named.part) != std::string::npos) return std::string(named.effect);
   Plant moved = plant;

@@ -28,9 +28,12 @@ void add_wrong_scale(const Search& search, const std::vector<WrongScale>& scales
       !operation_of(plant, study.data.fitted, search.delivered.fit.initial_states, operation))
     return;
   const WrongScale& wrong = scales.front();
-  const std::string place = scales.size() > 1 ? "actuator" : "sensor:" + wrong.channel;
+  const auto there = [&](const std::string& location) {
+    const Place place = place_from(location);
+    return scales.size() > 1 ? place.kind == PlaceKind::actuator : place == Place{PlaceKind::sensor, wrong.channel};
+  };
   for (const EffectCandidate& candidate : study.candidates(plant, operation)) {
-    if (candidate.effect != "gain_error" || candidate.location != place) continue;
+    if (candidate.effect != "gain_error" || !there(candidate.location)) continue;
     Hypothesis scaled = search.delivered;
     scaled.effects = {candidate};
     scaled.parameters = search.retuned.parameters;
