@@ -6,7 +6,8 @@
 #include <set>
 
 #include "core/gap/diagnose.hpp"
-#include "core/gap/judge.hpp"
+#include "core/gap/verdict/posterior.hpp"
+#include "core/gap/where/locate.hpp"
 #include "core/plant/dataset.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
@@ -113,7 +114,7 @@ TEST_CASE("Lemma 3: a force missing between two masses, at the tyre or in a sens
 }
 
 TEST_CASE("an effect at a guide is compared with the guide's place, one on a mass with that of its guide") {
-  const std::vector<Place> places = {{"suspension", {}, 1.5}, {"tyre", {"guide:wheel"}, 3}, {"guide:body", {}, 6}};
+  const std::vector<PlaceLeftover> places = {{"suspension", {}, 1.5}, {"tyre", {"guide:wheel"}, 3}, {"guide:body", {}, 6}};
   CHECK(leftover_ratio(places, "suspension") == 1);
   CHECK(leftover_ratio(places, "guide:wheel") == Approx(2));
   CHECK(leftover_ratio(places, "wheel") == Approx(2));
@@ -122,7 +123,7 @@ TEST_CASE("an effect at a guide is compared with the guide's place, one on a mas
   Plant guided = plant_from(quarter_car_text);
   guided.elements.push_back({guide_element("body"), "ground", "body", {{find_law("viscous_damper"), {20}}}});
   int named = 0;
-  for (const Place& place : places_of(guided, guided)) {
+  for (const PlaceLeftover& place : places_of(guided, guided)) {
     CHECK(place.location != guide_element("body"));
     named += place.location == "guide:body";
     named += static_cast<int>(std::count(place.same.begin(), place.same.end(), "guide:body"));

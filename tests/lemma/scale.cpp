@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/gap/evidence/scale.hpp"
+#include "core/gap/verdict/scales.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 

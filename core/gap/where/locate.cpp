@@ -63,7 +63,7 @@ std::vector<Entry> all_entries(const PlantFit& fit, const std::vector<FitRecord>
   std::vector<Entry> entries;
   for (std::size_t j = 0; j < plant.sensors.size(); ++j)
     entries.push_back({{"sensor:" + plant.sensors[j].name, {}, 0}, static_cast<Index>(j), {}});
-  const auto known = [](const Place& place, const std::string& location) {
+  const auto known = [](const PlaceLeftover& place, const std::string& location) {
     return place.location == location || std::find(place.same.begin(), place.same.end(), location) != place.same.end();
   };
   const auto add = [&](const std::string& from, const std::string& to, const std::string& location) {
