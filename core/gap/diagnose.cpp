@@ -190,7 +190,7 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   if (const auto* effects = std::get_if<Effects>(&diagnosis.verdict.answer)) {
     CandidateEvidence& own = (effects->pair ? evidence.pairs : evidence.singles)[effects->candidate];
     if (step) step("parameters beside " + own.last().name());
-    beside.fits = free_beside(search, *answer, own);
+    beside.fits = free_beside(search, evidence.tolerances, *answer, own);
     diagnosis.verdict = decide(evidence, options.thresholds);
     answer = hypothesis_of(diagnosis.verdict, singles, pairs, freed);
     if (const auto* now = std::get_if<Effects>(&diagnosis.verdict.answer); now && now->freed > 0)

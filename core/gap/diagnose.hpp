@@ -3,6 +3,19 @@
 /// how far it shrinks with that effect. Fits and simulations gather evidence, `decide` makes the verdict of it, and
 /// what the verdict asks for is then computed: the plant with the answer, checks, shares, a test that would tell rivals
 /// apart.
+///
+/// Terms, here and in the folders below:
+///   misfit     reduced chi-square: mean of r^2, r = (simulated - measured) over the noise floor; 1 at the floor
+///   chi2       sum of r^2 over fitted and held-out records, and of the squared priors of the parameters
+///   stage      the plant on the held-out records: as delivered, re-tuned inside the tolerances, with the answer
+///   place      where something may be wrong: element, mass, guide (mass to ground), sensor, actuator, clock
+///   leftover   reduced chi-square that an unknown signal at a place leaves
+///   candidate  effects at places, in a form; a single or a pair
+///   screen     linear forecast of what a candidate would gain, from one simulation
+///   posterior  probability of a candidate among its rivals
+///   z          leave-prior-out z of a parameter: how far the data alone put it from the plant file, in tolerances
+///   freed      a parameter without its tolerance
+///   closure    share of a gap that goes
 #pragma once
 
 #include <functional>

@@ -79,6 +79,15 @@ Vector filter(const Matrix& A, const Vector& b, const Eigen::RowVectorXd& c, Con
   return y;
 }
 
+/// Ends at +-limit, hard or, of a finite sharpness, soft. Infinite: none.
+void saturate(double limit, double sharpness, Vector& u) {
+  if (!std::isfinite(limit)) return;
+  if (std::isfinite(sharpness))
+    for (double& value : u) value /= std::pow(1 + std::pow(std::abs(value / limit), sharpness), 1 / sharpness);
+  else
+    u = u.cwiseMax(-limit).cwiseMin(limit);
+}
+
 /// Follows a signal no faster than a limit, from its first value on. @param limit unit/s, infinite: none
 void limit_rate(double limit, double rate_hz, Vector& u) {
   if (!std::isfinite(limit)) return;
@@ -133,12 +142,7 @@ Matrix apply_drive_paths(const Plant& plant, ConstMatrixRef drive, Index first_s
     if (path.gain != 1 || path.offset != 0) u = (path.gain * u).array() + path.offset;
     u = apply_lag(path.lag, u, hold_hz);
     limit_rate(path.rate_limit, hold_hz, u);
-    if (std::isfinite(path.saturation) && std::isfinite(path.saturation_sharpness)) {
-      const double n = path.saturation_sharpness;
-      for (double& value : u) value /= std::pow(1 + std::pow(std::abs(value / path.saturation), n), 1 / n);
-    } else if (std::isfinite(path.saturation)) {
-      u = u.cwiseMax(-path.saturation).cwiseMin(path.saturation);
-    }
+    saturate(path.saturation, path.saturation_sharpness, u);
     felt.row(i) = u.transpose();
   }
   return felt;
@@ -193,16 +197,20 @@ Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_
 void convert_readings(const Plant& plant, Matrix& readings) {
   for (Index i = 0; i < readings.rows(); ++i) {
     const SensorPath& path = plant.sensors[static_cast<std::size_t>(i)].path;
-    const double end = path.saturation, quantum = path.quantum;
-    if (std::isfinite(end))
-      for (double& value : readings.row(i)) value = std::clamp(value, -end, end);
+    const double quantum = path.quantum;
+    if (std::isfinite(path.saturation)) {
+      Vector y = readings.row(i).transpose();
+      saturate(path.saturation, path.saturation_sharpness, y);
+      readings.row(i) = y.transpose();
+    }
     if (quantum > 0)
       for (double& value : readings.row(i)) value = quantum * std::round(value / quantum);
   }
 }
 
 Plant unconverted(Plant plant) {
-  for (Sensor& sensor : plant.sensors) sensor.path.saturation = SensorPath{}.saturation;
+  for (Sensor& sensor : plant.sensors)
+    sensor.path.saturation = sensor.path.saturation_sharpness = SensorPath{}.saturation;
   return unquantised(std::move(plant));
 }
 

@@ -11,7 +11,7 @@
 ///   interval earlier. A delay or lag behind the hold does that, since the step of the drive then falls between two
 ///   samples, and so do converters that are not in step; accelerometers on what the drive moves see it at once.
 /// Sensor: `"gain": 1, "crosstalk": {CHANNEL: factor}, "lag": {...}, "bias": 0, "drift_per_s": 0,
-/// "drift_settling_per_s": 0, "rate_limit": none, "saturation": none, "quantum": 0`;
+/// "drift_settling_per_s": 0, "rate_limit": none, "saturation": none, "saturation_sharpness": none, "quantum": 0`;
 ///   the record holds round(clip(limit(lag(gain y + sum factor y_CHANNEL) + bias + drift_per_s (1 - exp(-k t)) / k))),
 ///   t from the record's first sample, k the settling rate: a warm-up of time constant 1 / k, and drift_per_s t for
 ///   k = 0. The rate limit [unit/s] is that of an amplifier, and bounds what it reads between the samples of a record
@@ -59,7 +59,8 @@ struct SensorPath {
   Lag lag = {};
   double rate_limit = std::numeric_limits<double>::infinity();  ///< of the amplifier, unit/s; infinite: none
   double saturation = std::numeric_limits<double>::infinity();  ///< end of the measuring range; infinite: none
-  std::vector<std::pair<std::string, double>> crosstalk = {};   ///< by channel: what of its ideal reading is added
+  double saturation_sharpness = std::numeric_limits<double>::infinity();  ///< of that end, as a drive's
+  std::vector<std::pair<std::string, double>> crosstalk = {};  ///< by channel: what of its ideal reading is added
 };
 
 /// Calls visit(key, unit, value, ideal, range) for every number of a lag or path, but not for crosstalk. `unit` is
@@ -92,6 +93,7 @@ void visit_sensor_path(AnyPath& path, const std::string& unit, Visit visit) {
   visit_lag(path.lag, visit);
   visit("rate_limit", unit + "/s", path.rate_limit, ideal.rate_limit, Range{.low = 1e-12});
   visit("saturation", unit, path.saturation, ideal.saturation, Range{.low = 1e-12});
+  visit("saturation_sharpness", "-", path.saturation_sharpness, ideal.saturation_sharpness, Range{.low = 1});
   visit("quantum", unit, path.quantum, ideal.quantum, Range{.low = 0});
 }
 

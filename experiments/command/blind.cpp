@@ -1,4 +1,5 @@
 // blind make, run, score: the test of the diagnosis.
+#include "experiments/blind/calibrate.hpp"
 #include "experiments/blind/make.hpp"
 #include "experiments/blind/run.hpp"
 #include "experiments/blind/score.hpp"
@@ -57,6 +58,19 @@ void add_blind_score(CLI::App& app, Run& run) {
       "Example:\n  wheelhop blind score out/answers --key out/key");
 }
 
+void add_blind_calibrate(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "calibrate", "how much hangs on each threshold, and what evidence would make of them", run,
+                  run_blind_calibrate);
+  command.add_option("ANSWERS", request.answers, "folder that `blind run` wrote")->required();
+  command.add_option("--key", request.key, "key.json or its folder")->required();
+  command.add_option("--out", request.out, "result to write (default: ANSWERS/calibration.json)");
+  command.footer(
+      "Decides the stored evidence again and again, without a simulation: each threshold at 0.7 and 1.4 times its\n"
+      "value, then those that are learnt at the values that fit best. Never on the cases of a blind test itself.\n"
+      "Example:\n  wheelhop blind calibrate out/answers --key out/key");
+}
+
 }  // namespace
 
 void add_blind(CLI::App& app, Run& run) {
@@ -66,6 +80,7 @@ void add_blind(CLI::App& app, Run& run) {
   add_blind_make(group, run);
   add_blind_run(group, run);
   add_blind_score(group, run);
+  add_blind_calibrate(group, run);
 }
 
 }  // namespace wheelhop

@@ -67,7 +67,6 @@ std::vector<std::pair<std::string, Evidence>> rows() {
   all.emplace_back("3d", friction());
   evidence = friction();
   evidence.singles[0].freed = {freed(evidence, 0, 0)};
-  evidence.singles[0].prior_chi2 = 200;
   all.emplace_back("3e", evidence);
   evidence = evidence_with_gap(1);
   evidence.places.clear();
@@ -200,14 +199,25 @@ TEST_CASE("a second effect is named where the pair is needed and either alone is
   CHECK(decide(evidence).named.size() == 2);
 }
 
-TEST_CASE("a parameter beside an effect is named by what it alone takes off, never by what a wrong form could") {
+TEST_CASE(
+    "a parameter beside an effect is named where it alone takes off enough, never where a wrong form bends others") {
   Evidence evidence = friction();
   evidence.singles[0].freed = {freed(evidence, 1, 0.01)};
-  evidence.singles[0].prior_chi2 = 4;  // two tolerances: nothing is wrong with it
-  CHECK(decide(evidence).named.size() == 1);
-  evidence.singles[0].prior_chi2 = 200;
-  evidence.singles[0].chi2 += 200;
+  FreedEvidence& damping = evidence.singles[0].freed[0];
   CHECK(decide(evidence).named == Names{"coulomb_friction@suspension", "damping_error@suspension"});
+  damping.theta[1] = 2;  // nothing is wrong with it
+  CHECK(decide(evidence).named.size() == 1);
+  damping.theta[1] = 6.5;
+  damping.std = 3;  // the data hardly tell it
+  CHECK(decide(evidence).named.size() == 1);
+  damping.std = 0.8;
+  evidence.noise.colour = 12;  // or less surely than white noise would let them
+  CHECK(decide(evidence).named.size() == 1);
+  evidence.noise.colour = 1;
+  CHECK(decide(evidence).named.size() == 2);
+  evidence.singles[0].freed[0].z[0] = 5;  // another one is out as well
+  CHECK(decide(evidence).named.size() == 1);
+  evidence.singles[0].freed[0].z[0] = 0.1;
   // Where the effect leaves much, its form is not the rig's, and the same tolerances may bend around that.
   for (CandidateEvidence& candidate : evidence.singles) candidate.chi2 += 0.2 * evidence.samples;
   evidence.singles[0].freed[0].chi2 += 0.2 * evidence.samples;

@@ -19,7 +19,8 @@ using namespace wheelhop::test;
 namespace {
 
 /// Records of a plant that was moving before they began, without noise, at a floor of 1 % of each channel.
-RecordSet in_motion(const Plant& plant, Index samples) {
+/// @param validation level of the validation record over that of the estimation record
+RecordSet in_motion(const Plant& plant, Index samples, double validation = 1) {
   const Index ratio = 5, lead = 4000;
   Random random = numbers(631);
   RecordSet set;
@@ -28,6 +29,7 @@ RecordSet in_motion(const Plant& plant, Index samples) {
     Matrix drive = Matrix::Zero(1, (lead + samples) * ratio);
     for (Index k = ratio; k < drive.cols(); ++k)  // held over a sample of the record
       drive(0, k) = k % ratio == 0 ? 0.98 * drive(0, k - 1) + 1e-3 * random.normal() : drive(0, k - 1);
+    if (std::string(role) == "validation") drive *= validation;
     GeneratedRecord made = generate_record(plant, drive, set.sampling_hz, {.substeps = stable_substeps(plant)});
     REQUIRE(made.status == Status::ok);
     made.signal.u = made.signal.u.rightCols(samples).eval();
@@ -78,6 +80,31 @@ TEST_CASE("a plant that cannot follow the held-out drive alone has no finite chi
   const FreedParameters freed = free_parameters(search, {0, 1});
   REQUIRE(freed.evidence.size() == 2);
   for (const FreedEvidence& own : freed.evidence) CHECK(own.chi2 >= good.chi2);
+}
+
+TEST_CASE(
+    "a held-out record that reaches further tells parameters which the fitted ones did not, and refutes nothing") {
+  const Plant nominal = plant_from(quarter_car_text);
+  const std::string bend = "suspension.hardening_spring.alpha_per_m2";
+  Plant truth = nominal;
+  set_parameter(truth, bend, 1.3 * get_parameter(nominal, bend));
+  const RecordSet set = in_motion(truth, 2000, 4);
+  const auto solver = make_levenberg_marquardt({});
+  const GapData data = gap_data(nominal, set, noise_floor(set), 0.5);
+  const GapSolvers solvers{*solver, *solver, *solver};
+  const CandidateList candidates = effect_candidates;
+  const Study study{nominal, data, solvers, candidates, tolerance_parameters(nominal)};
+  const Hypothesis retuned = fit_hypothesis(study, nominal, study.tolerances);
+  REQUIRE_FALSE(retuned.fit.error.empty());
+  REQUIRE(retuned.held_out.misfit > 1.5);    // the fitted record leaves the bend to its tolerance,
+  CHECK(retuned.chi2 < 0.1 * data.samples);  // but with both records it is found, which without noise is all there is
+  CHECK(retuned.prior_chi2 > 4);             // at what that costs its prior,
+  CHECK(retuned.stage.misfit > 1.5);         // and the figures of the held-out record stay what was predicted
+  // A mass that is wrong is refuted by every record.
+  Plant heavy = nominal;
+  heavy.masses[1].mass_kg *= 1.5;
+  const Study wrong{heavy, data, solvers, candidates, {}};
+  CHECK(fit_hypothesis(wrong, heavy, {}).chi2 > 2 * data.samples);
 }
 
 TEST_CASE("a wrong parameter is called by what it belongs to: slopes, paths, laws with a memory") {

@@ -63,6 +63,8 @@ inline FreedEvidence freed(const Evidence& evidence, std::size_t tolerance, doub
   out.closure_of_delivered = out.closure_of_retuned = {0.99, 0.98, 1};
   out.fitted = {evidence.tolerances[tolerance].parameter, 2, 0.1};
   out.theta = {0.1, 0.1, 0.1};
+  out.theta[tolerance] = 6.5;
+  out.std = 0.1;
   out.z = {0.1, 0.1, 0.1};
   return out;
 }

@@ -18,6 +18,12 @@ void add_ends_of_range(const Plant& plant, const Operation& operation, std::vect
       list.push_back(with_path(plant, "saturation", place, "end of range", {{place + ".saturation", end, 0.1 * end}}));
       list.back().proportional = false;
     }
+    for (const double share : {0.9, 1.5}) {  // an amplifier bends before it ends
+      list.push_back(with_path(
+          plant, "saturation", place, "soft end",
+          {{place + ".saturation", share * peak, 0.2 * share * peak}, {place + ".saturation_sharpness", 4, 1.5}}));
+      list.back().proportional = false;
+    }
   }
 }
 

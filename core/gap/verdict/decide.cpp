@@ -234,27 +234,37 @@ Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
   return verdict;
 }
 
-/// Names the parameters that are wrong beside the effects, as far as each speaks for itself.
+/// Names the parameters that are wrong beside the effects: as many of those set free as speak for themselves, if no
+/// other one then leaves its tolerance. Where others do, it is the effect's form that bends them.
 void add_parameters_beside(const Case& c, Verdict& verdict) {
   Effects& effects = std::get<Effects>(verdict.answer);
   const CandidateEvidence& candidate = candidate_of(c.evidence, effects);
-  std::size_t place = candidate.effects.size();
+  std::vector<Suspect> wrong;
   for (const FreedEvidence& freed : candidate.freed) {
-    const double odds = log_odds_beside(c.evidence, candidate, effects.freed, c.thresholds);
-    if (!(odds > 0)) return;
+    const double probability = probability_beside(c.evidence, freed, c.thresholds);
+    if (!(probability > c.thresholds.stands_out)) break;
     const ToleranceEvidence& own = c.evidence.tolerances[freed.tolerance];
-    Suspect suspect{own.effect,
-                    own.location,
-                    "",
-                    std::min(1 / (1 + std::exp(-odds)), c.thresholds.surest),
-                    freed.stage.misfit,
-                    freed.closure_of_retuned,
-                    {freed.fitted}};
+    wrong.push_back({own.effect,
+                     own.location,
+                     "",
+                     std::min(probability, c.thresholds.surest),
+                     freed.stage.misfit,
+                     freed.closure_of_retuned,
+                     {freed.fitted}});
+  }
+  if (wrong.empty()) return;
+  std::vector<std::size_t> free;
+  for (std::size_t i = 0; i < wrong.size(); ++i) free.push_back(candidate.freed[i].tolerance);
+  const std::vector<double>& z = candidate.freed[wrong.size() - 1].z;
+  for (std::size_t i = 0; i < z.size(); ++i)
+    if (std::abs(z[i]) > c.thresholds.not_home && std::find(free.begin(), free.end(), i) == free.end()) return;
+  effects.freed = wrong.size();
+  for (const Suspect& suspect : wrong) {
     verdict.named.push_back(suspect.name());
     std::erase(verdict.ambiguous_with, suspect.name());
-    verdict.suspects.insert(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(place++), std::move(suspect));
-    ++effects.freed;
   }
+  verdict.suspects.insert(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(candidate.effects.size()),
+                          wrong.begin(), wrong.end());
 }
 
 /// Row 3.

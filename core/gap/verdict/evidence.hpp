@@ -170,7 +170,8 @@ struct FreedEvidence {
   GapStage stage;
   Closure closure_of_delivered, closure_of_retuned;
   FittedParameter fitted;
-  std::vector<double> theta;  ///< of all tolerances, in tolerances
+  double std = 0;             ///< of its deviation as the data alone tell it, in tolerances
+  std::vector<double> theta;  ///< of all tolerances, in tolerances; its own among them
   std::vector<double> z;      ///< leave-prior-out, of all tolerances; empty where the fit was not linearised
   template <class V>
   void fields(V&& visit) {
@@ -181,6 +182,7 @@ struct FreedEvidence {
     visit("closure_of_delivered", closure_of_delivered);
     visit("closure_of_retuned", closure_of_retuned);
     visit("fitted", fitted);
+    visit("std", std);
     visit("theta", theta);
     visit("z", z);
   }

@@ -100,7 +100,7 @@ void check(const JsonCursor& cursor, const Evidence& evidence) {
   const auto check_freed = [&](const std::vector<FreedEvidence>& list) {
     for (const FreedEvidence& freed : list)
       if (freed.tolerance >= evidence.tolerances.size() || freed.z.size() > evidence.tolerances.size() ||
-          freed.theta.size() < freed.z.size())
+          freed.theta.size() != evidence.tolerances.size())
         cursor.fail("freed parameters among its tolerances");
   };
   check_freed(evidence.freed);

@@ -10,7 +10,7 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kWrong = 3;  // tolerances by which a wrong parameter is off, of `standing_out`
+constexpr double kWrong = 3;  // tolerances by which a wrong parameter is off
 constexpr std::array<double, 7> kNearer = {0.1, 0.15, 0.22, 0.33, 0.5, 0.7, 1};  // s of it, each as probable
 constexpr double kLeastLeftover = 1e-3;  // of the noise: below it nothing is left
 
@@ -89,21 +89,13 @@ RankedCandidate unranked(const FreedEvidence& freed, std::size_t index,
           -thresholds.occam * static_cast<double>(tolerances.size())};
 }
 
-namespace {
-
-/// How much of a difference of chi2 means nothing.
-double temperature_of(const Weighing& weighing, double best, const Thresholds& thresholds) {
-  return weighing.colour + thresholds.of_gap * std::max(weighing.gap, 0.0) +
-         thresholds.of_remains * std::max(best - (1 + thresholds.floor_error) * weighing.floor_chi2, 0.0);
-}
-
-}  // namespace
-
 void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Thresholds& thresholds) {
   if (list.empty()) return;
   double best = list.front().chi2, sum = 0;
   for (const RankedCandidate& own : list) best = std::min(best, own.chi2);
-  const double temperature = temperature_of(weighing, best, thresholds);
+  const double temperature =
+      weighing.colour + thresholds.of_gap * std::max(weighing.gap, 0.0) +
+      thresholds.of_remains * std::max(best - (1 + thresholds.floor_error) * weighing.floor_chi2, 0.0);
   const auto log_odds = [&](const RankedCandidate& own) {
     return -(own.chi2 - own.prior_chi2 - best) / (2 * temperature) - own.prior_chi2 / (2 * std::sqrt(temperature)) +
            own.log_prior;
@@ -225,16 +217,13 @@ std::string others_out(const Evidence& evidence, const FreedEvidence& freed, con
   return list;
 }
 
-double log_odds_beside(const Evidence& evidence, const CandidateEvidence& candidate, std::size_t next,
-                       const Thresholds& thresholds) {
-  const FreedEvidence& freed = candidate.freed[next];
-  const double chi2 = next == 0 ? candidate.chi2 : candidate.freed[next - 1].chi2;
-  const double prior_chi2 = next == 0 ? candidate.prior_chi2 : candidate.freed[next - 1].prior_chi2;
-  const double temperature = temperature_of(
-      {evidence.noise.colour, evidence.retuned_chi2 - freed.chi2, evidence.samples}, freed.chi2, thresholds);
-  const double of_priors = prior_chi2 - freed.prior_chi2;
-  const double fall = of_priors / std::sqrt(temperature) + (chi2 - freed.chi2 - of_priors) / temperature;
-  return 0.5 * (fall - thresholds.out_of_tolerance * thresholds.out_of_tolerance);
+double probability_beside(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds) {
+  const double remains = freed.chi2 - (1 + thresholds.floor_error) * evidence.samples;
+  const double bent = thresholds.of_remains * std::max(remains, 0.0);
+  const double theta = freed.theta[freed.tolerance];
+  const double wald = theta * theta / (1 + evidence.noise.colour * freed.std * freed.std) / std::sqrt(1 + bent);
+  const double parameters = static_cast<double>(std::max<std::size_t>(evidence.tolerances.size(), 1));
+  return 1 / (1 + std::exp(-0.5 * wald + std::log(parameters / thresholds.one_wrong) + std::log(kWrong)));
 }
 
 bool parameter_explains(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds) {

@@ -92,11 +92,12 @@ std::vector<RankedCandidate> ranked_pairs(const Evidence& evidence, const Candid
 /// nothing. Where a law's bend is wrong, all that shapes its element bends with it.
 std::string others_out(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds);
 
-/// Log odds that the next parameter set free beside a candidate is wrong: half of what chi2 falls by beyond
-/// out_of_tolerance^2, residuals over the temperature of `rank` and priors over its root, since a form that is not the
-/// rig's bends parameters too. @param next number in the candidate's freed parameters
-double log_odds_beside(const Evidence& evidence, const CandidateEvidence& candidate, std::size_t next,
-                       const Thresholds& thresholds);
+/// Probability that a parameter set free beside a candidate is wrong, where one of n parameters is with probability
+/// `one_wrong`, and a wrong one lies N(0, 3^2) tolerances off: log odds = W / 2 - log(n / one_wrong) - log 3, W =
+/// theta^2 / (1 + colour std^2) / sqrt(1 + of_remains r), Wald's statistic of its deviation against its tolerance.
+/// Noise of a colour makes the deviation less sure; and r, chi2 that is left above the floor, is the work of a form
+/// that is not the rig's, which bends parameters too.
+double probability_beside(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds);
 
 /// True if the gap closes with the parameter free, and no other one leaves its tolerance.
 bool parameter_explains(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds);

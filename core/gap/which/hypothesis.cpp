@@ -17,6 +17,51 @@ constexpr double kStepBack = 0.8;
 constexpr Index kQuickIterations = 8;
 constexpr double kNear = 0.15;  // of the fall of chi2, by which a quick fit may lie behind the best and be fitted on
 
+constexpr double kWorse = 1.5;         // held-out misfit over the fitted one, from which parameters may be the reason,
+constexpr double kWorseByChance = 5;   // if it is by so many standard errors of chi2
+constexpr Index kJointIterations = 6;  // the fit of all records begins at that of some
+
+/// True where the held-out records fit so much worse than the fitted ones that what the fit does not know of its
+/// parameters may be the reason.
+bool fits_worse_held_out(const Study& study, const Hypothesis& hypothesis) {
+  const double count = static_cast<double>(hypothesis.held_out.residual.size());
+  const double misfit = hypothesis.held_out.misfit, fitted = std::max(hypothesis.fit.misfit, 1.0);
+  return study.data.apart && !hypothesis.parameters.empty() && misfit > kWorse * fitted &&
+         (misfit - fitted) * count > kWorseByChance * std::sqrt(2 * count) * fitted;
+}
+
+/// All records of a study as one fit begins them: the states of both fits, in the scale of the first.
+PlantFit states_of_both(const PlantFit& fit, const PlantFit& held_out) {
+  PlantFit both;
+  both.state_scale = fit.state_scale;
+  both.initial_states = fit.initial_states;
+  both.initial_states.insert(both.initial_states.end(), held_out.initial_states.begin(), held_out.initial_states.end());
+  const auto records = static_cast<Index>(held_out.initial_states.size());
+  both.states_at_rest.resize(fit.states_at_rest.size() + held_out.states_at_rest.size());
+  both.states_at_rest << fit.states_at_rest,
+      held_out.states_at_rest.cwiseProduct(held_out.state_scale.replicate(records, 1))
+          .cwiseQuotient(fit.state_scale.replicate(records, 1));
+  return both;
+}
+
+/// chi2 of the held-out records given the fitted ones is that of all records at the parameters which fit all best, less
+/// that of the fitted ones: sum r' (I + J S J')^-1 r for a linear plant, S the covariance of the parameters. A record
+/// that reaches further than the fitted ones tells parameters which these did not, and cannot refute them.
+void weigh_held_out(const Study& study, const Solver& solver, Hypothesis& hypothesis) {
+  if (!fits_worse_held_out(study, hypothesis)) return;
+  std::vector<FitRecord> all = study.data.fitted;
+  all.insert(all.end(), study.data.held_out.begin(), study.data.held_out.end());
+  const PlantFit states = states_of_both(hypothesis.fit, hypothesis.held_out);
+  const PlantFit joint = fit_plant(hypothesis.start, hypothesis.parameters, all, solver,
+                                   {kJointIterations, &states, false, hypothesis.fit.theta});
+  if (joint.error.empty()) return;
+  const double prior = joint.theta.cwiseAbs2().dot(joint.precision.head(joint.theta.size()));
+  const double chi2 = joint.residual.squaredNorm() + prior;
+  if (!(chi2 < hypothesis.chi2)) return;
+  hypothesis.chi2 = chi2;
+  hypothesis.prior_chi2 = prior;
+}
+
 /// Fits from `hypothesis.start` and scores; false where a simulation failed, of the held-out records as well.
 bool complete(const Study& study, const Solver& solver, const FitOptions& fitted, const FitOptions& held_out,
               Hypothesis& hypothesis) {
@@ -34,6 +79,7 @@ bool complete(const Study& study, const Solver& solver, const FitOptions& fitted
       hypothesis.fit.theta.cwiseAbs2().dot(hypothesis.fit.precision.head(hypothesis.fit.theta.size()));
   hypothesis.chi2 = hypothesis.fit.residual.squaredNorm() + hypothesis.prior_chi2;
   if (study.data.apart) hypothesis.chi2 += hypothesis.held_out.residual.squaredNorm();
+  if (&solver != &study.solvers.quick) weigh_held_out(study, study.solvers.thorough, hypothesis);
   return true;
 }
 

@@ -25,8 +25,9 @@ struct Hypothesis {
   PlantFit fit;                          ///< of the fitted records
   PlantFit held_out;                     ///< of the held-out records, by their initial states alone
   GapStage stage;                        ///< what `held_out` leaves
-  /// Sum r^2 over the fitted and, if they are apart, the held-out records, + sum (t / prior_std)^2. Infinite where a
-  /// simulation of either failed; `fit.error` is empty then.
+  /// Sum r^2 over the fitted and, if they are apart, the held-out records, + sum (t / prior_std)^2; where the held-out
+  /// records fit much worse, at the parameters that fit all records best. Infinite where a simulation of either failed;
+  /// `fit.error` is empty then.
   double chi2 = std::numeric_limits<double>::infinity();
   double prior_chi2 = 0;    ///< of that, the last sum: how far the parameters left their tolerances
   double plausibility = 0;  ///< log_plausibility summed over the effects, <= 0

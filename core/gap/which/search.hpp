@@ -101,11 +101,13 @@ FreedParameters free_parameters(const Search& search, const std::vector<std::siz
 /// Those that may be the answer where no effect is: far enough from their tolerances, or standing out from the others.
 std::vector<std::size_t> parameters_to_free(const Search& search, const Evidence& evidence);
 
-/// Sets parameters free beside the effects of an answer, the one with the largest leave-prior-out z first, as long as a
-/// z is above `beside_z`. @param answer linearised by this
-/// @param evidence of the answer; gets its linearisation, and what each freed parameter tells
+/// Sets parameters free beside the effects of an answer, the one with the largest leave-prior-out z first, as long as
+/// one is above `beside_z`. Masses, stiffnesses and damping at rest alone: what else shapes a law bends with an effect.
+/// @param tolerances of the evidence   @param answer linearised by this
+/// @param candidate evidence of the answer; gets its linearisation, and what each freed parameter tells
 /// @return a fit for each of its freed parameters, linearised
-std::vector<Hypothesis> free_beside(const Search& search, Hypothesis& answer, CandidateEvidence& evidence);
+std::vector<Hypothesis> free_beside(const Search& search, const std::vector<ToleranceEvidence>& tolerances,
+                                    Hypothesis& answer, CandidateEvidence& candidate);
 
 /// Looks for a second effect beside the best first ones, and refits both effects of the best pair alone; where one of
 /// them then is enough, it joins the singles, and the search goes on from there.

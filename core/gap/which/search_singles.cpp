@@ -159,6 +159,8 @@ FreedEvidence freed_evidence(const Search& search, const Hypothesis& fitted, std
   out.closure_of_delivered = closure(search.delivered.stage.blocks, fitted.stage.blocks, search.bootstrap);
   out.closure_of_retuned = closure(search.retuned.stage.blocks, fitted.stage.blocks, search.bootstrap);
   out.fitted = fitted_parameters(fitted.fit, fitted.parameters, 0)[tolerance];
+  const auto i = static_cast<Index>(tolerance);
+  if (fitted.fit.covariance.rows() > i) out.std = std::sqrt(fitted.fit.covariance(i, i));
   out.theta = leading(fitted.fit.theta, count);
   out.z = z_of(fitted.fit, count);
   return out;
@@ -166,14 +168,17 @@ FreedEvidence freed_evidence(const Search& search, const Hypothesis& fitted, std
 
 }  // namespace
 
-std::vector<Hypothesis> free_beside(const Search& search, Hypothesis& answer, CandidateEvidence& evidence) {
+std::vector<Hypothesis> free_beside(const Search& search, const std::vector<ToleranceEvidence>& tolerances,
+                                    Hypothesis& answer, CandidateEvidence& candidate) {
   const Study& study = search.study;
   std::vector<Hypothesis> fits;
   if (!linearise(answer.fit, answer.parameters, study.data.fitted)) return fits;
-  add_linearisation(search, answer, evidence);
-  std::vector<double> z = evidence.z;
+  add_linearisation(search, answer, candidate);
+  std::vector<double> z = candidate.z;
   while (static_cast<Index>(fits.size()) < search.effort.beside && !z.empty()) {
-    for (const FreedEvidence& freed : evidence.freed) z[freed.tolerance] = 0;
+    for (std::size_t i = 0; i < z.size(); ++i)
+      if (!is_parameter_error(tolerances[i].effect)) z[i] = 0;
+    for (const FreedEvidence& freed : candidate.freed) z[freed.tolerance] = 0;
     const auto most =
         std::max_element(z.begin(), z.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
     if (!(std::abs(*most) > search.effort.beside_z)) break;
@@ -186,8 +191,8 @@ std::vector<Hypothesis> free_beside(const Search& search, Hypothesis& answer, Ca
     freed.plausibility = answer.plausibility;
     if (freed.fit.error.empty() || freed.chi2 > base.chi2 || !linearise(freed.fit, parameters, study.data.fitted))
       break;
-    evidence.freed.push_back(freed_evidence(search, freed, tolerance));
-    z = evidence.freed.back().z;
+    candidate.freed.push_back(freed_evidence(search, freed, tolerance));
+    z = candidate.freed.back().z;
     fits.push_back(std::move(freed));
   }
   return fits;
