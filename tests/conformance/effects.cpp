@@ -279,8 +279,8 @@ TEST_CASE("a sensor is offered a range, a limited rate and a lag of either order
     return forms;
   };
   const std::set<std::string> all = offered(c.plant);
-  for (const char* form :
-       {"saturation, end of range", "rate_limit, amplifier", "sensor_lag, first order", "sensor_lag, second order"})
+  for (const char* form : {"saturation, end of range", "saturation, soft end", "rate_limit, amplifier",
+                           "sensor_lag, first order", "sensor_lag, second order"})
     CHECK(all.count(form) == 1);
   Plant known = c.plant;
   known.sensors[1].path = {.lag = {.cutoff_hz = 60}, .rate_limit = 100, .saturation = 10};
@@ -291,7 +291,7 @@ TEST_CASE("a sensor is offered a range, a limited rate and a lag of either order
     CHECK(form.find("rate_limit") == std::string::npos);
     CHECK(form.find("sensor_lag") == std::string::npos);
   }
-  CHECK(others.size() + 4 == all.size());
+  CHECK(others.size() + 5 == all.size());
 }
 
 TEST_CASE("the screen sees a tyre that softens or hardens, by the square of its travel or by the cube") {

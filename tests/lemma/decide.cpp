@@ -210,8 +210,8 @@ TEST_CASE(
   damping.theta[1] = 6.5;
   damping.std = 3;  // the data hardly tell it
   CHECK(decide(evidence).named.size() == 1);
-  damping.std = 0.8;
-  evidence.noise.colour = 12;  // or less surely than white noise would let them
+  damping.std = 1;
+  evidence.noise.colour = 30;  // or less surely than white noise would let them
   CHECK(decide(evidence).named.size() == 1);
   evidence.noise.colour = 1;
   CHECK(decide(evidence).named.size() == 2);

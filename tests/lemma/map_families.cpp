@@ -27,8 +27,9 @@ struct Ridge {
   }
 };
 
-/// Relative error of a fitted map on points it has not seen.
-double error_of(const StaticMap& prototype, std::uint64_t cell, Index starts = 3) {
+/// Relative error of a fitted map on points it has not seen: what the family can follow, so with starts enough that
+/// none of them has to be a lucky one.
+double error_of(const StaticMap& prototype, std::uint64_t cell, Index starts = 8) {
   Random random = numbers(cell + 1);
   const Ridge seen(cell);
   const MapFit fit =

@@ -47,12 +47,12 @@ PlantFit states_of_both(const PlantFit& fit, const PlantFit& held_out) {
 /// chi2 of the held-out records given the fitted ones is that of all records at the parameters which fit all best, less
 /// that of the fitted ones: sum r' (I + J S J')^-1 r for a linear plant, S the covariance of the parameters. A record
 /// that reaches further than the fitted ones tells parameters which these did not, and cannot refute them.
-void weigh_held_out(const Study& study, const Solver& solver, Hypothesis& hypothesis) {
+void weigh_held_out(const Study& study, Hypothesis& hypothesis) {
   if (!fits_worse_held_out(study, hypothesis)) return;
   std::vector<FitRecord> all = study.data.fitted;
   all.insert(all.end(), study.data.held_out.begin(), study.data.held_out.end());
   const PlantFit states = states_of_both(hypothesis.fit, hypothesis.held_out);
-  const PlantFit joint = fit_plant(hypothesis.start, hypothesis.parameters, all, solver,
+  const PlantFit joint = fit_plant(hypothesis.start, hypothesis.parameters, all, study.solvers.thorough,
                                    {kJointIterations, &states, false, hypothesis.fit.theta});
   if (joint.error.empty()) return;
   const double prior = joint.theta.cwiseAbs2().dot(joint.precision.head(joint.theta.size()));
@@ -63,8 +63,8 @@ void weigh_held_out(const Study& study, const Solver& solver, Hypothesis& hypoth
 }
 
 /// Fits from `hypothesis.start` and scores; false where a simulation failed, of the held-out records as well.
-bool complete(const Study& study, const Solver& solver, const FitOptions& fitted, const FitOptions& held_out,
-              Hypothesis& hypothesis) {
+bool fit_quickly(const Study& study, const Solver& solver, const FitOptions& fitted, const FitOptions& held_out,
+                 Hypothesis& hypothesis) {
   hypothesis.fit = fit_plant(hypothesis.start, hypothesis.parameters, study.data.fitted, solver, fitted);
   if (hypothesis.fit.error.empty()) return false;
   hypothesis.held_out = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, held_out);
@@ -79,7 +79,14 @@ bool complete(const Study& study, const Solver& solver, const FitOptions& fitted
       hypothesis.fit.theta.cwiseAbs2().dot(hypothesis.fit.precision.head(hypothesis.fit.theta.size()));
   hypothesis.chi2 = hypothesis.fit.residual.squaredNorm() + hypothesis.prior_chi2;
   if (study.data.apart) hypothesis.chi2 += hypothesis.held_out.residual.squaredNorm();
-  if (&solver != &study.solvers.quick) weigh_held_out(study, study.solvers.thorough, hypothesis);
+  return true;
+}
+
+/// The same for a fit that stays: its held-out records are weighed with what it does not know of its parameters.
+bool complete(const Study& study, const Solver& solver, const FitOptions& fitted, const FitOptions& held_out,
+              Hypothesis& hypothesis) {
+  if (!fit_quickly(study, solver, fitted, held_out, hypothesis)) return false;
+  weigh_held_out(study, hypothesis);
   return true;
 }
 
@@ -140,8 +147,8 @@ bool fit_candidate(const Study& study, const Hypothesis& base, EffectCandidate c
   const auto fit_with = [&](const Vector& first, Hypothesis& fitted) {
     Vector theta = Vector::Zero(static_cast<Index>(fitted.parameters.size()));
     theta.head(known) = first;
-    return complete(study, study.solvers.quick, {kQuickIterations, &base.fit, false, theta},
-                    {kQuickIterations, &base.held_out, false}, fitted);
+    return fit_quickly(study, study.solvers.quick, {kQuickIterations, &base.fit, false, theta},
+                       {kQuickIterations, &base.held_out, false}, fitted);
   };
   Hypothesis other = out;
   bool fitted = fit_with(step ? stepped : delivered, out);
