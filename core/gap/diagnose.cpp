@@ -128,7 +128,7 @@ FollowUp follow_up(const Search& search, const Hypothesis& answer, const Diagnos
     search.step("a test that would tell " + verdict.named.back() + " and " + verdict.ambiguous_with.front());
   out.separating = separating_test_of(study, verdict);
   const Effects& effects = std::get<Effects>(verdict.answer);
-  if (!effects.pair || effects.freed > 0) return out;
+  if (!effects.pair || effects.parameter) return out;
   std::vector<Hypothesis> known = singles.fits;
   known.insert(known.end(), pairs.alone.begin(), pairs.alone.end());
   out.shares = effect_shares(study, search.retuned, answer, known);
@@ -193,8 +193,8 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
     beside.fits = free_beside(search, evidence.tolerances, *answer, own);
     diagnosis.verdict = decide(evidence, options.thresholds);
     answer = hypothesis_of(diagnosis.verdict, singles, pairs, freed);
-    if (const auto* now = std::get_if<Effects>(&diagnosis.verdict.answer); now && now->freed > 0)
-      answer = &beside.fits[now->freed - 1];
+    if (const auto* now = std::get_if<Effects>(&diagnosis.verdict.answer); now && now->parameter)
+      answer = &beside.fits.front();
   }
   diagnosis.plant = answer ? answer->fit.plant : retuned.fit.plant;
   if (is<Effects>(diagnosis.verdict)) diagnosis.follow_up = follow_up(search, *answer, diagnosis, singles, pairs);

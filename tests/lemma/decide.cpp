@@ -218,6 +218,10 @@ TEST_CASE(
   evidence.singles[0].freed[0].z[0] = 5;  // another one is out as well
   CHECK(decide(evidence).named.size() == 1);
   evidence.singles[0].freed[0].z[0] = 0.1;
+  evidence.singles[0].freed.push_back(freed(evidence, 0, 0.01));  // or would have to be named as well
+  CHECK(decide(evidence).named.size() == 1);
+  evidence.singles[0].freed.pop_back();
+  CHECK(decide(evidence).named.size() == 2);
   // Where the effect leaves much, its form is not the rig's, and the same tolerances may bend around that.
   for (CandidateEvidence& candidate : evidence.singles) candidate.chi2 += 0.2 * evidence.samples;
   evidence.singles[0].freed[0].chi2 += 0.2 * evidence.samples;

@@ -234,37 +234,32 @@ Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
   return verdict;
 }
 
-/// Names the parameters that are wrong beside the effects: as many of those set free as speak for themselves, if no
-/// other one then leaves its tolerance. Where others do, it is the effect's form that bends them.
-void add_parameters_beside(const Case& c, Verdict& verdict) {
+/// Names a parameter that is wrong beside the effects. Where with it free another one leaves its tolerance, or would
+/// have to be named as well, it is the effect's form that bends them, and none is named.
+void add_parameter_beside(const Case& c, Verdict& verdict) {
   Effects& effects = std::get<Effects>(verdict.answer);
   const CandidateEvidence& candidate = candidate_of(c.evidence, effects);
-  std::vector<Suspect> wrong;
-  for (const FreedEvidence& freed : candidate.freed) {
-    const double probability = probability_beside(c.evidence, freed, c.thresholds);
-    if (!(probability > c.thresholds.stands_out)) break;
-    const ToleranceEvidence& own = c.evidence.tolerances[freed.tolerance];
-    wrong.push_back({own.effect,
-                     own.location,
-                     "",
-                     std::min(probability, c.thresholds.surest),
-                     freed.stage.misfit,
-                     freed.closure_of_retuned,
-                     {freed.fitted}});
-  }
-  if (wrong.empty()) return;
-  std::vector<std::size_t> free;
-  for (std::size_t i = 0; i < wrong.size(); ++i) free.push_back(candidate.freed[i].tolerance);
-  const std::vector<double>& z = candidate.freed[wrong.size() - 1].z;
-  for (std::size_t i = 0; i < z.size(); ++i)
-    if (std::abs(z[i]) > c.thresholds.not_home && std::find(free.begin(), free.end(), i) == free.end()) return;
-  effects.freed = wrong.size();
-  for (const Suspect& suspect : wrong) {
-    verdict.named.push_back(suspect.name());
-    std::erase(verdict.ambiguous_with, suspect.name());
-  }
-  verdict.suspects.insert(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(candidate.effects.size()),
-                          wrong.begin(), wrong.end());
+  const auto wrong = [&](std::size_t i) {
+    return i < candidate.freed.size() &&
+           probability_beside(c.evidence, candidate.freed[i], c.thresholds) > c.thresholds.stands_out;
+  };
+  if (!wrong(0) || wrong(1)) return;
+  const FreedEvidence& freed = candidate.freed.front();
+  for (std::size_t i = 0; i < freed.z.size(); ++i)
+    if (i != freed.tolerance && std::abs(freed.z[i]) > c.thresholds.not_home) return;
+  const ToleranceEvidence& own = c.evidence.tolerances[freed.tolerance];
+  const double probability = probability_beside(c.evidence, freed, c.thresholds);
+  const Suspect suspect{own.effect,
+                        own.location,
+                        "",
+                        std::min(probability, c.thresholds.surest),
+                        freed.stage.misfit,
+                        freed.closure_of_retuned,
+                        {freed.fitted}};
+  effects.parameter = true;
+  verdict.named.push_back(suspect.name());
+  std::erase(verdict.ambiguous_with, suspect.name());
+  verdict.suspects.insert(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(candidate.effects.size()), suspect);
 }
 
 /// Row 3.
@@ -285,14 +280,14 @@ Verdict decide_effects(const Case& c, const std::vector<RankedCandidate>& ranked
   verdict.locations = locations_by(c, ranked);
   add_second(c, answer, verdict);
   if (!answer.pair) add_ambiguous(c, ranked, verdict);
-  verdict.answer = Effects{answer.pair, answer.index, 0};
+  verdict.answer = Effects{answer.pair, answer.index, false};
   for (std::size_t i = 0; i < answer.candidate->effects.size(); ++i)
     verdict.suspects[i].parameters = answer.candidate->effects[i].parameters;
   verdict = doubted(c, answer, std::move(verdict));
   if (!is<Effects>(verdict)) return verdict;
   calibrate(c, verdict);
-  add_parameters_beside(c, verdict);
-  if (std::get<Effects>(verdict.answer).freed > 0) {
+  add_parameter_beside(c, verdict);
+  if (std::get<Effects>(verdict.answer).parameter) {
     verdict.row = "3e";
     verdict.why = "the most probable effect, and a wrong parameter beside it";
   }

@@ -23,8 +23,8 @@
 /// |     |   quantisation, and a converter's rounding is seen                                 | Rounding       |
 /// | 3c  |   likewise, otherwise                                                              | row 4          |
 /// | 3d  |   otherwise                                                                        | Effects        |
-/// | 3e  |   likewise, and a parameter is wrong beside it (P > `stands_out`), with which free | Effects and    |
-/// |     |   all others lie within `not_home`                                                 | parameters     |
+/// | 3e  |   likewise, and one parameter is wrong beside it (P > `stands_out`), with which    | Effects and a  |
+/// |     |   free all others lie within `not_home`                                            | parameter      |
 /// | 4   | something unknown, at the place where an unknown signal explains most, and         |                |
 /// | 4a  |   one channel alone: no place is told                                              | Insufficient   |
 /// | 4b  |   two places explain all, one does not                                             | AtTwoPlaces    |

@@ -15,7 +15,7 @@ const CandidateEvidence& candidate_of(const Evidence& evidence, const Effects& e
 GapStage corrected_stage(const Evidence& evidence, const Verdict& verdict) {
   if (const auto* effects = std::get_if<Effects>(&verdict.answer)) {
     const CandidateEvidence& candidate = candidate_of(evidence, *effects);
-    return effects->freed > 0 ? candidate.freed[effects->freed - 1].stage : candidate.stage;
+    return effects->parameter ? candidate.freed.front().stage : candidate.stage;
   }
   if (const auto* parameters = std::get_if<Parameters>(&verdict.answer)) return evidence.freed[parameters->freed].stage;
   return evidence.retuned;
@@ -24,7 +24,7 @@ GapStage corrected_stage(const Evidence& evidence, const Verdict& verdict) {
 Closure closure_of(const Evidence& evidence, const Verdict& verdict) {
   if (const auto* effects = std::get_if<Effects>(&verdict.answer)) {
     const CandidateEvidence& candidate = candidate_of(evidence, *effects);
-    return effects->freed > 0 ? candidate.freed[effects->freed - 1].closure_of_retuned : candidate.closure;
+    return effects->parameter ? candidate.freed.front().closure_of_retuned : candidate.closure;
   }
   if (const auto* parameters = std::get_if<Parameters>(&verdict.answer))
     return evidence.freed[parameters->freed].closure_of_delivered;

@@ -16,11 +16,11 @@ struct NoGap {};
 struct Parameters {
   std::size_t freed = 0;  ///< index into Evidence::freed
 };
-/// One or two effects of the catalogue, and parameters that are wrong beside them.
+/// One or two effects of the catalogue, and perhaps a parameter that is wrong beside them.
 struct Effects {
   bool pair = false;
   std::size_t candidate = 0;  ///< index into Evidence::pairs or ::singles
-  std::size_t freed = 0;      ///< how many of the candidate's freed parameters are named too
+  bool parameter = false;     ///< the first of the candidate's freed parameters is named too
 };
 /// A converter's rounding, which no model of the plant takes away.
 struct Rounding {
