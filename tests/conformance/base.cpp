@@ -10,6 +10,7 @@
 #include "core/base/files.hpp"
 #include "core/base/json.hpp"
 #include "core/base/options.hpp"
+#include "core/base/place.hpp"
 #include "core/base/status.hpp"
 #include "tests/support/folder.hpp"
 
@@ -273,4 +274,23 @@ TEST_CASE("an output folder is made with its parents, and one that cannot be is 
   CHECK_THROWS_WITH(require_writable_folder(folder / "file" / "y"), Contains("Not a directory"));
   CHECK_THROWS_WITH(require_writable_folder("/proc/wheelhop_test"), Contains("/proc/wheelhop_test: cannot"));
   CHECK_THROWS_WITH(require_writable_folder("/proc/self"), Contains("cannot write into the folder"));
+}
+
+TEST_CASE("the text of a place is read back as what it is, whatever a part is called") {
+  for (const auto& [text, kind] : {std::pair{"suspension", PlaceKind::part},
+                                   {"actuator_arm", PlaceKind::part},
+                                   {"timebase_2", PlaceKind::part},
+                                   {"guide:wheel", PlaceKind::guide},
+                                   {"sensor:travel", PlaceKind::sensor},
+                                   {"actuator", PlaceKind::actuator},
+                                   {"actuator:road_front", PlaceKind::actuator},
+                                   {"timebase", PlaceKind::timebase}}) {
+    CAPTURE(text);
+    const Place place = place_from(text);
+    CHECK(place.kind == kind);
+    CHECK(to_string(place) == text);
+    CHECK(is_path(place) == (kind != PlaceKind::part && kind != PlaceKind::guide));
+  }
+  CHECK(without_guide("guide:wheel") == "wheel");
+  CHECK(without_guide("wheel") == "wheel");
 }

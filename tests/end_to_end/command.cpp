@@ -10,8 +10,9 @@ using Catch::StartsWith;
 TEST_CASE("help of every command tells how to use it, with an example") {
   const Said top = run_program("--help");
   CHECK(top.status == 0);
-  for (const char* command : {"list", "generate", "identify", "simulate", "diagnose", "plan", "blind make", "blind run",
-                              "blind score", "reproduce", "sweep", "compare", "report"}) {
+  for (const char* command :
+       {"list", "generate", "identify", "simulate", "diagnose", "decide", "plan", "blind make", "blind run",
+        "blind score", "blind calibrate", "reproduce", "sweep", "compare", "report"}) {
     CAPTURE(command);
     const Said said = run_program(std::string(command) + " --help");
     CHECK(said.status == 0);

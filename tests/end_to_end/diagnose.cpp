@@ -81,6 +81,24 @@ Json diagnosis(const Folder& folder, std::string& out) {
 
 }  // namespace
 
+TEST_CASE("a wheel that is heavier than its file says is named beside friction, and both make the corrected plant",
+          "[slow]") {
+  const Folder folder;
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  truth.elements[0].laws.push_back({find_law("coulomb_friction"), {40, 0, 0.05, 0.005}});
+  truth.masses[1].mass_kg *= 1.4;
+  measure(folder, nominal, truth, 0.01);
+  std::string out;
+  const Json d = diagnosis(folder, out);
+  CHECK(d.at("which").at("named") == Json({"coulomb_friction@suspension", "mass_error@wheel"}));
+  CHECK(d.at("which").at("outcome") == "several");
+  CHECK(d.at("decided_by").at("row") == "3e");
+  const Plant corrected = load_plant(folder / "d.plant.json");
+  CHECK(corrected.masses[1].mass_kg == Approx(truth.masses[1].mass_kg).epsilon(0.02));
+  CHECK(d.at("how_far").at("with_effect").at("misfit").get<double>() < 1.1);
+}
+
 TEST_CASE("an asymmetric damper is named at its element, closes the gap, and the corrected plant is a plant file",
           "[slow]") {
   const Folder folder;
@@ -100,6 +118,25 @@ TEST_CASE("an asymmetric damper is named at its element, closes the gap, and the
   CHECK(d.at("how_far").at("closure_ci90")[0].get<double>() <= d.at("how_far").at("closure").get<double>());
   for (const Json& effect : d.at("which").at("effects")) CHECK(effect.at("probability").get<double>() < 1);
   CHECK_THAT(out, Contains("damper_asymmetry") && Contains("x the noise"));
+  // The file holds all that its verdict rests on: it is made again from there, and by other thresholds another one.
+  const auto decided = [&](const std::string& more) {
+    const Said said = run_program("decide '" + (folder / "d.json").string() + "' " + more);
+    INFO(said.err);
+    REQUIRE(said.status == 0);
+    return parse_json(said.out, "stdout");
+  };
+  const Json again = decided("");
+  CHECK(again.at("named") == d.at("which").at("named"));
+  CHECK(again.at("decided_by") == d.at("decided_by"));
+  CHECK(again.at("locations")[0].at("probability") == d.at("where").at("locations")[0].at("probability"));
+  CHECK(again.at("closure") == d.at("how_far").at("closure"));
+  CHECK(decided("--set notice=1e9 --set too_small=1e9").at("outcome") == "none");
+  write_json(folder / "evidence.json", d.at("evidence"));
+  const Said alone = run_program("decide '" + (folder / "evidence.json").string() + "'");
+  CHECK(parse_json(alone.out, "stdout").at("named") == again.at("named"));
+  const Said unknown = run_program("decide '" + (folder / "d.json").string() + "' --set notise=1");
+  CHECK(unknown.status == 2);
+  CHECK_THAT(unknown.err, Contains("notise") && Contains("notice"));
   double shares = 0;
   for (const Json& band : d.at("where").at("bands")) shares += band.at("share").get<double>();
   CHECK(shares == Approx(1));
