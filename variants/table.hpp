@@ -11,8 +11,8 @@
 #include "core/base/options.hpp"
 #include "core/gap/which/effect.hpp"
 #include "core/identify/pieces.hpp"
-#include "core/optimise/solver.hpp"
 #include "core/model/static_map.hpp"
+#include "core/optimise/solver.hpp"
 
 namespace wheelhop {
 

@@ -4,8 +4,8 @@
 
 #include <memory>
 
-#include "core/optimise/solver.hpp"
 #include "core/model/sensitivities.hpp"
+#include "core/optimise/solver.hpp"
 
 namespace wheelhop {
 

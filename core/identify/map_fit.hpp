@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "core/base/random.hpp"
-#include "core/optimise/solver.hpp"
 #include "core/model/static_map.hpp"
+#include "core/optimise/solver.hpp"
 
 namespace wheelhop {
 

@@ -17,8 +17,8 @@ namespace wheelhop {
 namespace {
 
 /// Thresholds that follow from neither a theorem nor the literature and that evidence can tell.
-constexpr std::array kLearnt = {
-    "of_gap", "of_remains", "place_weight", "held_slope", "calibration_shift", "calibration_slope", "surest"};
+constexpr std::array kLearnt = {"of_gap",     "of_gap_closed",     "of_remains",        "place_weight",
+                                "held_slope", "calibration_shift", "calibration_slope", "surest"};
 constexpr std::array kFactors = {0.5, 0.7, 0.85, 1.2, 1.4, 2.0};  // steps of the coordinate search
 constexpr int kPasses = 3;                                        // over all coordinates
 constexpr std::size_t kFolds = 5;

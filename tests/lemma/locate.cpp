@@ -114,7 +114,8 @@ TEST_CASE("Lemma 3: a force missing between two masses, at the tyre or in a sens
 }
 
 TEST_CASE("an effect at a guide is compared with the guide's place, one on a mass with that of its guide") {
-  const std::vector<PlaceLeftover> places = {{"suspension", {}, 1.5}, {"tyre", {"guide:wheel"}, 3}, {"guide:body", {}, 6}};
+  const std::vector<PlaceLeftover> places = {
+      {"suspension", {}, 1.5}, {"tyre", {"guide:wheel"}, 3}, {"guide:body", {}, 6}};
   CHECK(leftover_ratio(places, "suspension") == 1);
   CHECK(leftover_ratio(places, "guide:wheel") == Approx(2));
   CHECK(leftover_ratio(places, "wheel") == Approx(2));

@@ -47,6 +47,8 @@ TEST_CASE("a difference means less the larger the gap, the more is left, and the
   CHECK(winner(1, 1e4, 1000) < winner(1, 1e3, 1000));
   CHECK(winner(1, 0, 500) < winner(1, 0, 1000));
   CHECK(winner(8, 0, 1000) < winner(1, 0, 1000));
+  // Where a candidate closes the gap to the floor, one that leaves more is less likely the right one in another form.
+  CHECK(winner(1, 1e4, 1000) > winner(1, 1e4, 900));
 }
 
 TEST_CASE("parameters that left their tolerances speak louder than residuals, in coloured noise too") {

@@ -93,9 +93,10 @@ void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Th
   if (list.empty()) return;
   double best = list.front().chi2, sum = 0;
   for (const RankedCandidate& own : list) best = std::min(best, own.chi2);
+  const double floor = (1 + thresholds.floor_error) * weighing.floor_chi2;
+  const double of_gap = best <= floor ? thresholds.of_gap_closed : thresholds.of_gap;
   const double temperature =
-      weighing.colour + thresholds.of_gap * std::max(weighing.gap, 0.0) +
-      thresholds.of_remains * std::max(best - (1 + thresholds.floor_error) * weighing.floor_chi2, 0.0);
+      weighing.colour + of_gap * std::max(weighing.gap, 0.0) + thresholds.of_remains * std::max(best - floor, 0.0);
   const auto log_odds = [&](const RankedCandidate& own) {
     return -(own.chi2 - own.prior_chi2 - best) / (2 * temperature) - own.prior_chi2 / (2 * std::sqrt(temperature)) +
            own.log_prior;

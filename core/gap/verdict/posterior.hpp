@@ -51,8 +51,10 @@ struct Weighing {
 /// Keeps of each effect and place the most probable form, sets the probabilities, and sorts by them: log p = -(r^2 -
 /// best) / (2 T) - z^2 / (2 sqrt(T)) + log prior, chi2 = r^2 + z^2 (residuals and priors), T = colour + of_gap gap +
 /// of_remains (best - (1 + floor_error) floor). No form in a catalogue is that of the rig, so that every one leaves
-/// some share of the gap; T is how much of such a difference means nothing. The parameters' tolerances are what their
-/// owner says, and count for more; but a wrong form bends the parameters too. None is above `limit`.
+/// some share of the gap; T is how much of such a difference means nothing. Where one closes the gap to the floor,
+/// of_gap_closed stands for of_gap: a wrong form seldom does that, and what leaves more is less likely a right one. The
+/// parameters' tolerances are what their owner says, and count for more; but a wrong form bends the parameters too.
+/// None is above `limit`.
 void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Thresholds& thresholds);
 
 /// Probabilities by what is left, for explanations whose noise is not known: p_i ~ (J_i / J_best)^(-blocks / 2), the

@@ -21,6 +21,7 @@ struct Thresholds {
   double too_small = 0.1;
   // How probable a candidate is.
   double of_gap = 0.01;
+  double of_gap_closed = 0.005;
   double of_remains = 0.05;
   double floor_error = 0.05;
   double occam = 1.5;
@@ -70,12 +71,14 @@ struct Thresholds {
           "a third of the noise level in RMS; the noise floor from a few repeats is known to a few per cent");
     visit("of_gap", of_gap, "-", "share of the gap by which candidates of an inexact form differ without meaning",
           judgement, "seen on generated rigs whose laws have other formulas than the catalogue's");
+    visit("of_gap_closed", of_gap_closed, "-", "likewise, where a candidate closes the gap to the floor", judgement,
+          "half of of_gap: of 195 generated cases `blind calibrate` finds the loss least between a third and a half");
     visit("of_remains", of_remains, "-", "share of what the best candidate leaves, likewise", judgement,
           "what is left shows how inexact the forms are");
-    visit("floor_error", floor_error, "-", "relative error of the floor, within which nothing counts as left", derived,
-          "two standard errors of the noise power of a pair of repeats of 30 s in coloured noise");
-    visit("occam", occam, "log p", "what one more fitted parameter costs", literature,
-          "half of log(20): BIC with twenty independent blocks of a record (Schwarz 1978)");
+    visit("floor_error", floor_error, "-", "relative error of the floor, within which nothing counts as left",
+          judgement, "a floor from two repeats is known to a few per cent");
+    visit("occam", occam, "log p", "what one more fitted parameter costs", judgement,
+          "between 1 (Akaike 1974) and half the log of the number of independent blocks of a record (Schwarz 1978)");
     visit("place_weight", place_weight, "-",
           "power of the leftover at a candidate's place over that at the best place, taken from its probability",
           judgement, "an unknown signal tells places without a catalogue, but linearised");
@@ -103,14 +106,14 @@ struct Thresholds {
     visit("held_slope", held_slope, "-", "what an unexplained share takes from it", judgement,
           "an answer that explains a fifth has none");
     visit("explains", explains, "-", "share of chi2 below which no family of the catalogue fits", judgement,
-          "withheld families leave more, families of another formula less");
+          "looked at on generated rigs: families of another formula explain more, wrong ones less");
     visit("surely_not", surely_not, "-", "upper end of the closure below which it does not fit", judgement, "likewise");
     visit("explains_well", explains_well, "-",
           "share of chi2 from which only a far better place speaks against it; of sensors, drives and the clock, whose "
           "forms are few, also the closure that is needed",
           judgement, "likewise");
     visit("elsewhere", elsewhere, "-", "leftover of a place over that of the best, from which the gap enters elsewhere",
-          judgement, "twice the scatter of leftovers at right places");
+          judgement, "half as much again");
     visit("far_elsewhere", far_elsewhere, "-", "likewise, where the effect explains the gap well", judgement,
           "leftovers are linearised");
     visit("odd_size", odd_size, "standard deviations",

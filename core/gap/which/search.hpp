@@ -23,7 +23,7 @@ struct SearchEffort {
   double freeing_z = 2;       ///< z of a parameter from which parameters are fitted without their tolerances
   double freed_z = 1;         ///< and of those that then are
   double stands_out = 0.5;    ///< probability of one parameter to stand out, from which it is
-  double beside_z = 2;        ///< z of a parameter beside an effect, from which it is set free
+  double beside_z = 3;        ///< z of a parameter beside an effect, from which it is set free
   Index beside = 2;           ///< parameters set free beside an effect, at most
   std::size_t firsts = 2;     ///< effects to which a second one is tried
   Index second_fits = 5;      ///< quick fits of a second effect to each

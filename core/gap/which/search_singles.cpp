@@ -175,7 +175,7 @@ std::vector<Hypothesis> free_beside(const Search& search, const std::vector<Tole
   if (!linearise(answer.fit, answer.parameters, study.data.fitted)) return fits;
   add_linearisation(search, answer, candidate);
   std::vector<double> z = candidate.z;
-  while (static_cast<Index>(fits.size()) < search.effort.beside && !z.empty()) {
+  while (static_cast<Index>(fits.size()) < search.effort.beside && !z.empty() && z.size() == tolerances.size()) {
     for (std::size_t i = 0; i < z.size(); ++i)
       if (!is_parameter_error(tolerances[i].effect)) z[i] = 0;
     for (const FreedEvidence& freed : candidate.freed) z[freed.tolerance] = 0;
