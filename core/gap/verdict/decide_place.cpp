@@ -7,8 +7,6 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kNothingLeft = 1e-3;  // of the noise: below it leftovers are alike
-
 /// Probabilities of places, or of pairs of them, by what unknown signals there leave, as rivals over blocks of time.
 template <typename PlaceOrPair>
 Vector by_leftover(const std::vector<PlaceOrPair>& list, Index blocks, double limit) {

@@ -10,9 +10,7 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kWrong = 3;  // tolerances by which a wrong parameter is off
 constexpr std::array<double, 7> kNearer = {0.1, 0.15, 0.22, 0.33, 0.5, 0.7, 1};  // s of it, each as probable
-constexpr double kLeastLeftover = 1e-3;  // of the noise: below it nothing is left
 
 double log_mean_exp(const Vector& x) {
   const double most = x.maxCoeff();
@@ -51,7 +49,7 @@ Vector standing_out(ConstVectorRef theta, ConstMatrixRef covariance, double colo
     Vector of_scales(static_cast<Index>(kNearer.size()));
     for (Index i = 0; i < of_scales.size(); ++i) {
       Vector std = Vector::Constant(count, kNearer[static_cast<std::size_t>(i)]);
-      if (wrong >= 0) std(wrong) = kWrong;
+      if (wrong >= 0) std(wrong) = thresholds.wrong_by;
       const Matrix scaled = std.asDiagonal() * told * std.asDiagonal();
       const Eigen::LLT<Matrix> llt(Matrix::Identity(count, count) + scaled);
       const Vector pulled = std.cwiseProduct(pull);
@@ -131,7 +129,7 @@ double leftover_ratio(const std::vector<PlaceLeftover>& places, const std::strin
   };
   for (const PlaceLeftover& place : places)
     if (matches(place.location) || std::any_of(place.same.begin(), place.same.end(), matches))
-      return place.leftover / std::max(places.front().leftover, kLeastLeftover);
+      return place.leftover / std::max(places.front().leftover, kNothingLeft);
   return 1;
 }
 
@@ -225,7 +223,7 @@ double probability_beside(const Evidence& evidence, const FreedEvidence& freed, 
   const double wald =
       theta * theta / (1 + std::sqrt(evidence.noise.colour) * freed.std * freed.std) / std::sqrt(1 + bent);
   const double parameters = static_cast<double>(std::max<std::size_t>(evidence.tolerances.size(), 1));
-  return 1 / (1 + std::exp(-0.5 * wald + std::log(parameters / thresholds.one_wrong) + std::log(kWrong)));
+  return 1 / (1 + std::exp(-0.5 * wald + std::log(parameters / thresholds.one_wrong) + std::log(thresholds.wrong_by)));
 }
 
 bool parameter_explains(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds) {

@@ -17,9 +17,10 @@ namespace wheelhop {
 Vector leave_prior_out_z(ConstVectorRef theta, ConstMatrixRef covariance);
 
 /// Whether one parameter stands out from the others, which may all lie well inside what their tolerances allow: the
-/// probability of each to be the one that is wrong, theta_k ~ N(0, 3^2), while all others are as near as the tolerances
-/// scaled by a common unknown s in [0.1, 1] say, theta_i ~ N(0, s^2); against none, which has 1 - one_wrong before the
-/// data are seen. By the evidence of the linearised fit, averaged over s (MacKay 1992, Neural Computation 4, 415).
+/// probability of each to be the one that is wrong, theta_k ~ N(0, wrong_by^2), while all others are as near as the
+/// tolerances scaled by a common unknown s in [0.1, 1] say, theta_i ~ N(0, s^2); against none, which has 1 - one_wrong
+/// before the data are seen. By the evidence of the linearised fit, averaged over s (MacKay 1992, Neural Computation 4,
+/// 415).
 /// @param theta, covariance as above   @param colour of the noise   @return n, sum < 1
 Vector standing_out(ConstVectorRef theta, ConstMatrixRef covariance, double colour, const Thresholds& thresholds);
 
@@ -62,6 +63,9 @@ void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Th
 /// @param left J_i > 0   @return none above `limit`
 Vector probabilities_by_leftover(ConstVectorRef left, Index blocks, double limit);
 
+/// Of the noise: leftovers below it are alike, since nothing is left.
+inline constexpr double kNothingLeft = 1e-3;
+
 /// What an unknown signal at a location leaves, over what it leaves at the best place; 1 where it is not known.
 double leftover_ratio(const std::vector<PlaceLeftover>& places, const std::string& location);
 
@@ -95,11 +99,12 @@ std::vector<RankedCandidate> ranked_pairs(const Evidence& evidence, const Candid
 std::string others_out(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds);
 
 /// Probability that a parameter set free beside a candidate is wrong, where one of n parameters is with probability
-/// `one_wrong`, and a wrong one lies N(0, 3^2) tolerances off: log odds = W / 2 - log(n / one_wrong) - log 3, W =
-/// theta^2 / (1 + sqrt(colour) std^2) / sqrt(1 + of_remains r), Wald's statistic of its deviation against its
-/// tolerance. Coloured noise makes the variance of a deviation up to `colour` times larger than white noise of its
-/// power does, and not at all where the parameter shows at its quiet frequencies: the geometric mean is a judgement. r,
-/// the chi2 that is left above the floor, is the work of a form that is not the rig's, which bends parameters too.
+/// `one_wrong`, and a wrong one lies N(0, wrong_by^2) tolerances off: log odds = W / 2 - log(n / one_wrong) -
+/// log(wrong_by), W = theta^2 / (1 + sqrt(colour) std^2) / sqrt(1 + of_remains r), Wald's statistic of its deviation
+/// against its tolerance. Coloured noise makes the variance of a deviation up to `colour` times larger than white noise
+/// of its power does, and not at all where the parameter shows at its quiet frequencies: the geometric mean is a
+/// judgement. r, the chi2 that is left above the floor, is the work of a form that is not the rig's, which bends
+/// parameters too.
 double probability_beside(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds);
 
 /// True if the gap closes with the parameter free, and no other one leaves its tolerance.

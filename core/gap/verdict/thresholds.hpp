@@ -32,6 +32,7 @@ struct Thresholds {
   double out_of_tolerance = 3;
   double not_home = 4;
   double one_wrong = 0.2;
+  double wrong_by = 3;
   double stands_out = 0.75;
   // A second effect.
   double second = 0.5;
@@ -91,6 +92,8 @@ struct Thresholds {
           "one more than out_of_tolerance: the largest of a dozen parameters");
     visit("one_wrong", one_wrong, "-", "prior probability that one parameter stands out from the others", judgement,
           "a component test is wrong now and then");
+    visit("wrong_by", wrong_by, "tolerances", "standard deviation of a parameter that is wrong", judgement,
+          "where a deviation begins to be out of tolerance");
     visit("stands_out", stands_out, "-", "probability from which one parameter among nearer ones is named", judgement,
           "odds of three to one");
     visit("second", second, "-", "share of what the first effect leaves that a second one removes; likewise of places",
