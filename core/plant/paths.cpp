@@ -168,7 +168,7 @@ Matrix drive_at_samples(const Plant& plant, ConstMatrixRef felt) {
 bool any_sensor_lags(const Plant& plant) {
   return std::any_of(plant.sensors.begin(), plant.sensors.end(), [](const Sensor& sensor) {
     return sensor.path.lag.time_constant_s > 0 || std::isfinite(sensor.path.lag.cutoff_hz) ||
-           std::isfinite(sensor.path.rate_limit);
+           std::isfinite(sensor.path.rate_limit) || sensor.path.delay_s != 0;
   });
 }
 
@@ -181,7 +181,10 @@ Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_
     for (const auto& [channel, factor] : path.crosstalk)
       for (Index other = 0; other < ideal.rows(); ++other)
         if (plant.sensors[static_cast<std::size_t>(other)].name == channel) y += factor * ideal.row(other).transpose();
+    y = resample_on_grid(y, path.delay_s * rate_hz, 0, 0);
     y = apply_lag(path.lag, y, rate_hz);
+    if (path.high_pass_hz > 0)
+      y -= apply_lag({.time_constant_s = 1 / (2 * std::numbers::pi * path.high_pass_hz)}, y, rate_hz);
     if (path.bias != 0 || path.drift_per_s != 0)
       for (Index k = 0; k < y.size(); ++k) {
         const double t = static_cast<double>(k) / rate_hz, settling = path.drift_settling_per_s;

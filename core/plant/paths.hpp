@@ -10,13 +10,16 @@
 ///   `"sampling_phase": 0` in [0, 1]: at a sampling instant the plant still feels the drive this share of a hold
 ///   interval earlier. A delay or lag behind the hold does that, since the step of the drive then falls between two
 ///   samples, and so do converters that are not in step; accelerometers on what the drive moves see it at once.
-/// Sensor: `"gain": 1, "crosstalk": {CHANNEL: factor}, "lag": {...}, "bias": 0, "drift_per_s": 0,
-/// "drift_settling_per_s": 0, "rate_limit": none, "saturation": none, "saturation_sharpness": none, "quantum": 0`;
-///   the record holds round(clip(limit(lag(gain y + sum factor y_CHANNEL) + bias + drift_per_s (1 - exp(-k t)) / k))),
-///   t from the record's first sample, k the settling rate: a warm-up of time constant 1 / k, and drift_per_s t for
-///   k = 0. The rate limit [unit/s] is that of an amplifier, and bounds what it reads between the samples of a record
-///   too; the saturation L [unit] is the end of the measuring range: a reading beyond it is L or -L. Noise enters a
-///   measurement before the end of the range and the rounding, which both belong to the converter.
+/// Sensor: `"gain": 1, "crosstalk": {CHANNEL: factor}, "delay_s": 0, "lag": {...}, "high_pass_hz": 0, "bias": 0,
+/// "drift_per_s": 0, "drift_settling_per_s": 0, "rate_limit": none, "saturation": none, "saturation_sharpness": none,
+/// "quantum": 0`;
+///   the record holds round(clip(limit(high_pass(lag(z(t - delay_s))) + bias + drift_per_s (1 - exp(-k t)) / k))),
+///   z = gain y + sum factor y_CHANNEL, t from the record's first sample, k the settling rate: a warm-up of time
+///   constant 1 / k, and drift_per_s t for k = 0. The high-pass is that of AC coupling, s / (s + 2 pi high_pass_hz), at
+///   rest at the first sample; bias and drift enter behind it. Before the first sample the reading was that of the
+///   first sample. The rate limit [unit/s] is that of an amplifier, and bounds what it reads between the samples of a
+///   record too; the saturation L [unit] is the end of the measuring range: a reading beyond it is L or -L. Noise
+///   enters a measurement before the end of the range and the rounding, which both belong to the converter.
 /// `lag`: `{"time_constant_s": tau}` is 1 / (1 + tau s); `{"cutoff_hz": f, "damping_ratio": 0.7}` is
 ///   w^2 / (s^2 + 2 zeta w s + w^2), w = 2 pi f.
 /// Plant: `"clock_skew": e`, the drive's clock runs 1 + e times as fast as that of the record.
@@ -55,7 +58,9 @@ struct SensorPath {
   double bias = 0;
   double drift_per_s = 0;
   double drift_settling_per_s = 0;
-  double quantum = 0;  ///< step of the converter; 0: none
+  double delay_s = 0;
+  double high_pass_hz = 0;  ///< corner of AC coupling; 0: none
+  double quantum = 0;       ///< step of the converter; 0: none
   Lag lag = {};
   double rate_limit = std::numeric_limits<double>::infinity();  ///< of the amplifier, unit/s; infinite: none
   double saturation = std::numeric_limits<double>::infinity();  ///< end of the measuring range; infinite: none
@@ -90,7 +95,9 @@ void visit_sensor_path(AnyPath& path, const std::string& unit, Visit visit) {
   visit("bias", unit, path.bias, ideal.bias, Range{});
   visit("drift_per_s", unit + "/s", path.drift_per_s, ideal.drift_per_s, Range{});
   visit("drift_settling_per_s", "1/s", path.drift_settling_per_s, ideal.drift_settling_per_s, Range{.low = 0});
+  visit("delay_s", "s", path.delay_s, ideal.delay_s, Range{.low = -10, .high = 10});
   visit_lag(path.lag, visit);
+  visit("high_pass_hz", "Hz", path.high_pass_hz, ideal.high_pass_hz, Range{.low = 0});
   visit("rate_limit", unit + "/s", path.rate_limit, ideal.rate_limit, Range{.low = 1e-12});
   visit("saturation", unit, path.saturation, ideal.saturation, Range{.low = 1e-12});
   visit("saturation_sharpness", "-", path.saturation_sharpness, ideal.saturation_sharpness, Range{.low = 1});
@@ -130,7 +137,8 @@ void convert_readings(const Plant& plant, Matrix& readings);
 Plant unconverted(Plant plant);
 /// The plant whose converters do not round: a lattice has no slope.
 Plant unquantised(Plant plant);
-/// True if a sensor filters or limits its rate, so that its readings are needed at the hold rate.
+/// True if a sensor delays, filters or limits its rate, so that its readings are needed at the hold rate. AC coupling
+/// alone is slow against any sampling.
 bool any_sensor_lags(const Plant& plant);
 
 /// u(t_k (1 + skew) - delay) on the grid of u, t = 0 at column `first_sample`; delay in samples.

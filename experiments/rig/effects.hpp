@@ -34,6 +34,10 @@ struct DriveStep {
 /// Works on all channels at the hold rate; `lead` samples come before t = 0.
 using SensorStep = std::function<void(Matrix& y, Index lead, double rate_hz)>;
 
+/// Column at a position between samples, by the cubic through the four samples about it (Lagrange). At 25 Hz and a hold
+/// rate of 1 kHz its error is 2e-5 of the amplitude.
+Vector read_at(const Matrix& samples, double position);
+
 /// One effect at one place, of one size.
 struct TrueEffect {
   double strength = 0;

@@ -74,6 +74,66 @@ std::optional<Formed> hard_slew(const Surroundings& rig, const std::string& plac
   return slewed(rig, place, [](double wanted, double limit) { return std::clamp(wanted, -limit, limit); });
 }
 
+/// Sizes of late readings are seconds, from a converter's to those of a loaded bus.
+constexpr double least_late = 2e-4, most_late = 0.06;
+
+/// @param wander share by which the delay swings, over seconds
+std::optional<Formed> late(const Surroundings& rig, const std::string& place, double wander) {
+  const Index i = sensor_at(*rig.plan, place);
+  return Formed{least_late, most_late, [=](double size) {
+                  const auto step = [=](Matrix& y, Index, double rate) {
+                    const Matrix prompt = y.row(i);
+                    for (Index k = 0; k < y.cols(); ++k) {
+                      const double at = static_cast<double>(k), now = size * (1 + wander * std::sin(0.9 * at / rate));
+                      y(i, k) = read_at(prompt, std::max(at - now * rate, 0.0))(0);
+                    }
+                  };
+                  return TrueEffect{.strength = size, .unit = "s", .sensors = {step}};
+                }};
+}
+
+std::optional<Formed> late_reading(const Surroundings& rig, const std::string& place, Random&) {
+  return late(rig, place, 0);
+}
+
+std::optional<Formed> wandering_bus(const Surroundings& rig, const std::string& place, Random& random) {
+  return late(rig, place, log_between(random, 0.01, 0.05));
+}
+
+/// Sizes of couplings are their corners in Hz.
+constexpr double least_corner = 0.005, most_corner = 3;
+
+/// A capacitor before a resistor, by the bilinear rule that keeps the corner where it is.
+void couple(Matrix& y, Index i, double corner_hz, double rate) {
+  const double g = std::tan(M_PI * corner_hz / rate);
+  double before = y(i, 0), held = 0;
+  for (Index k = 0; k < y.cols(); ++k) {
+    const double now = y(i, k);
+    held = (now - before + (1 - g) * held) / (1 + g);
+    before = now;
+    y(i, k) = held;
+  }
+}
+
+std::optional<Formed> coupled(const Surroundings& rig, const std::string& place, std::vector<double> stages) {
+  const Index i = sensor_at(*rig.plan, place);
+  return Formed{least_corner, most_corner, [=](double size) {
+                  const auto step = [=](Matrix& y, Index, double rate) {
+                    for (const double stage : stages) couple(y, i, stage * size, rate);
+                  };
+                  return TrueEffect{.strength = size, .unit = "Hz", .sensors = {step}};
+                }};
+}
+
+std::optional<Formed> one_coupling(const Surroundings& rig, const std::string& place, Random&) {
+  return coupled(rig, place, {1});
+}
+
+/// The discharge of the sensor behind that of its amplifier, which is slower.
+std::optional<Formed> two_couplings(const Surroundings& rig, const std::string& place, Random& random) {
+  return coupled(rig, place, {1, log_between(random, 0.05, 0.5)});
+}
+
 /// The recorder's quartz is off: its samples lie further apart, or less far, than it says. The command it writes is
 /// that of the drive's own, right clock.
 std::optional<Formed> recorder_clock(const Surroundings&, const std::string&, Random& random) {
@@ -90,6 +150,10 @@ std::vector<EffectKind> added_path_kinds() {
           {"saturation", "reading cut at its end", sensor_places, hard_clip, true},
           {"rate_limit", "reading whose rate bends toward a bound", sensor_places, soft_slew},
           {"rate_limit", "reading of bounded rate", sensor_places, hard_slew, true},
+          {"time_delay", "bus whose delay wanders", sensor_places, wandering_bus},
+          {"time_delay", "reading late by a fixed time", sensor_places, late_reading, true},
+          {"high_pass", "AC coupling in two stages", sensor_places, two_couplings},
+          {"high_pass", "AC coupling in one stage", sensor_places, one_coupling, true},
           {"clock_skew", "clock of the recorder", timebase, recorder_clock}};
 }
 

@@ -269,7 +269,9 @@ TEST_CASE("the screen sees an accelerometer whose range ends too soon, by readin
   CHECK(order[0].gain > 0.9 * 0.5 * base.residual.squaredNorm());
 }
 
-TEST_CASE("a sensor is offered a range, a limited rate and a lag of either order where its path has none") {
+TEST_CASE(
+    "a sensor is offered a range, a limited rate, a lag of either order, a delay and AC coupling where its path has "
+    "none") {
   const Case c = make_case(quarter_car_text, 0.005);
   const auto offered = [&](const Plant& plant) {
     std::set<std::string> forms;
@@ -279,19 +281,23 @@ TEST_CASE("a sensor is offered a range, a limited rate and a lag of either order
     return forms;
   };
   const std::set<std::string> all = offered(c.plant);
-  for (const char* form : {"saturation, end of range", "saturation, soft end", "rate_limit, amplifier",
-                           "sensor_lag, first order", "sensor_lag, second order"})
+  for (const char* form :
+       {"saturation, end of range", "saturation, soft end", "rate_limit, amplifier", "sensor_lag, first order",
+        "sensor_lag, second order", "high_pass, AC coupling", "time_delay, late reading"})
     CHECK(all.count(form) == 1);
   Plant known = c.plant;
-  known.sensors[1].path = {.lag = {.cutoff_hz = 60}, .rate_limit = 100, .saturation = 10};
+  known.sensors[1].path = {
+      .delay_s = 0.01, .high_pass_hz = 0.5, .lag = {.cutoff_hz = 60}, .rate_limit = 100, .saturation = 10};
   const std::set<std::string> others = offered(known);
   for (const std::string& form : others) {
     CAPTURE(form);
     CHECK(form.find("saturation") == std::string::npos);
     CHECK(form.find("rate_limit") == std::string::npos);
     CHECK(form.find("sensor_lag") == std::string::npos);
+    CHECK(form.find("high_pass") == std::string::npos);
+    CHECK(form.find("time_delay") == std::string::npos);
   }
-  CHECK(others.size() + 5 == all.size());
+  CHECK(others.size() + 7 == all.size());
 }
 
 TEST_CASE("the screen sees a tyre that softens or hardens, by the square of its travel or by the cube") {

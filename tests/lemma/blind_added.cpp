@@ -158,6 +158,32 @@ TEST_CASE("readings are clipped and slew-limited at their bounds, and kept insid
   }
 }
 
+TEST_CASE("a late sensor reads what it read before, and AC coupling turns a slow sine by its corner") {
+  const blind::Plan plan = read_plant_text(test::quarter_car_text);
+  const double rate = 1000, f = 1.7, w = 2 * 3.14159265358979 * f;
+  const auto read = [&](const std::string& form, double size) {
+    const auto effect = formed_at(plan, form, "sensor:body_acc").at_size(size);
+    CHECK(effect.strength == size);
+    Matrix y = Matrix::Zero(3, 20000);
+    for (Index k = 0; k < y.cols(); ++k) y(1, k) = std::sin(w * static_cast<double>(k) / rate);
+    effect.sensors.front()(y, 0, rate);
+    CHECK(y.row(0).norm() + y.row(2).norm() == 0);
+    std::complex<double> sum = 0;  // of the last 10 s, 17 periods
+    for (Index k = 10000; k < y.cols(); ++k) sum += y(1, k) * std::polar(1.0, -w * static_cast<double>(k) / rate);
+    return sum * std::complex<double>(0, 2) / 10000.0;
+  };
+  for (const double late : {0.0004, 0.0173})
+    CHECK(std::abs(read("reading late by a fixed time", late) - std::polar(1.0, -w * late)) < 1e-5);
+  CHECK(std::abs(read("bus whose delay wanders", 0.01) - std::polar(1.0, -w * 0.01)) < 0.05 * w * 0.01);
+  for (const double corner : {0.1, 1.5}) {
+    const std::complex<double> one = 1.0 / (1.0 - std::complex<double>(0, corner / f));
+    CHECK(std::abs(read("AC coupling in one stage", corner) - one) < 1e-3);
+    const std::complex<double> two = read("AC coupling in two stages", corner);
+    CHECK(std::abs(two) < std::abs(one));
+    CHECK(std::arg(two) > std::arg(one));
+  }
+}
+
 TEST_CASE("a recorder of too long an interval reads the same motion later and later, its command not") {
   const blind::Plan plan = read_plant_text(test::quarter_car_text);
   for (const double sign : {1.0, -1.0}) {

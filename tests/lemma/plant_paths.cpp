@@ -248,15 +248,38 @@ TEST_CASE("a sensor of limited rate never reads a faster change, between the sam
             .maxCoeff() < 1e-12);
 }
 
-TEST_CASE("the derivatives of what sensors read are those of their paths: range, rate limit, lag of either order") {
+TEST_CASE(
+    "a late sensor reads what the plant did before, and AC coupling passes a sine by the response of its corner") {
+  Plant plant = quarter_car();
+  const Matrix ideal = outputs(plant);
+  plant.sensors[1].path.delay_s = 0.035;  // seven samples of the record
+  const Matrix late = outputs(plant);
+  CHECK(late.topRows(1) == ideal.topRows(1));
+  CHECK((late.row(1).tail(700) - ideal.row(1).segment(93, 700)).norm() < 1e-9 * ideal.row(1).norm());
+  plant.sensors[1].path = {.high_pass_hz = 0.4};
+  const double rate = 200, f = 1.5;
+  Matrix y = Matrix::Zero(3, 4000);
+  y.row(1) = sine(f, rate, 4000).transpose();
+  const Matrix read = apply_sensor_paths(plant, y, rate);
+  const std::complex<double> passed =
+      line(read.row(1).transpose(), f, rate, 2000) / line(y.row(1).transpose(), f, rate, 2000);
+  CHECK(std::abs(passed - 1.0 / (1.0 - std::complex<double>(0, 0.4 / f))) < 1e-3);
+  y.row(1).setConstant(9.81);  // gravity does not pass, from the first sample on
+  CHECK(apply_sensor_paths(plant, y, rate).cwiseAbs().maxCoeff() < 1e-9);
+}
+
+TEST_CASE(
+    "the derivatives of what sensors read are those of their paths: range, rate limit, lag of either order, delay, "
+    "coupling") {
   Plant plant = quarter_car();
   const Matrix ideal = outputs(plant);
   const double peak = ideal.row(2).cwiseAbs().maxCoeff();
   const double fastest = 200 * (ideal.row(2).tail(799) - ideal.row(2).head(799)).cwiseAbs().maxCoeff();
   const Matrix drive = 0.004 * sine(3, 1000, 2000).transpose();
   const std::string place = "sensor:wheel_acc.";
-  const std::vector<std::pair<std::string, double>> sizes = {
-      {"saturation", 0.5 * peak}, {"rate_limit", 0.5 * fastest}, {"lag.cutoff_hz", 30}, {"lag.damping_ratio", 0.6}};
+  const std::vector<std::pair<std::string, double>> sizes = {{"saturation", 0.5 * peak}, {"rate_limit", 0.5 * fastest},
+                                                             {"lag.cutoff_hz", 30},      {"lag.damping_ratio", 0.6},
+                                                             {"delay_s", 0.0123},        {"high_pass_hz", 0.7}};
   for (const auto& [key, value] : sizes) {
     CAPTURE(key);
     plant.sensors[2].path = {};

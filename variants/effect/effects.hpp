@@ -25,6 +25,7 @@ std::shared_ptr<const Effect> make_rate_limit(const EffectOptions&);
 std::shared_ptr<const Effect> make_saturation(const EffectOptions&);
 std::shared_ptr<const Effect> make_gain_error(const EffectOptions&);
 std::shared_ptr<const Effect> make_sensor_lag(const EffectOptions&);
+std::shared_ptr<const Effect> make_high_pass(const EffectOptions&);
 std::shared_ptr<const Effect> make_bias(const EffectOptions&);
 std::shared_ptr<const Effect> make_drift(const EffectOptions&);
 std::shared_ptr<const Effect> make_clock_skew(const EffectOptions&);
