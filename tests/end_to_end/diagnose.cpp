@@ -213,6 +213,26 @@ TEST_CASE("an effect that the validation record never reaches is named all the s
   CHECK(diagnosis(folder, out).at("which").at("named") == Json::array({"saturation@actuator"}));
 }
 
+TEST_CASE("a sensor that is late, or AC-coupled, is named alone, with its delay or corner", "[slow]") {
+  Random random(31, Stream::parameters);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Folder folder;
+    const Plant nominal = plant_from(quarter_car_text);
+    Plant truth = nominal;
+    SensorPath& path = truth.sensors[i].path;
+    const bool late = i != 2;
+    double& value = late ? path.delay_s : path.high_pass_hz;
+    value = late ? 0.006 + 0.019 * random.uniform() : 0.2 + 0.8 * random.uniform();
+    CAPTURE(i, value);
+    measure(folder, nominal, truth, 0.01);
+    std::string out;
+    const Json d = diagnosis(folder, out);
+    const std::string place = "sensor:" + nominal.sensors[i].name;
+    CHECK(d.at("which").at("named") == Json::array({(late ? "time_delay@" : "high_pass@") + place}));
+    CHECK(d.at("which").at("effects")[0].at("parameters")[0].at("value").get<double>() == Approx(value).epsilon(0.05));
+  }
+}
+
 TEST_CASE("two sensors at fault are both named, each at its place", "[slow]") {
   const Folder folder;
   const Plant nominal = plant_from(quarter_car_text);

@@ -5,7 +5,7 @@ namespace {
 
 // Readings that come over a bus or a radio are late by these times. What an analogue chain adds is less, has the phase
 // of its filters, and goes by the name of a sensor's lag. A judgement.
-constexpr double kShortest = 0.004, kLongest = 0.05;  // s
+constexpr double kShortest = 0.002, kLongest = 0.05;  // s
 
 }  // namespace
 
