@@ -74,10 +74,10 @@ std::optional<Formed> hard_slew(const Surroundings& rig, const std::string& plac
   return slewed(rig, place, [](double wanted, double limit) { return std::clamp(wanted, -limit, limit); });
 }
 
-/// Sizes of late readings are seconds, from a converter's to those of a loaded bus.
+/// Sizes of late readings are their delays in seconds, from those of a converter to those of a loaded bus.
 constexpr double least_late = 2e-4, most_late = 0.06;
 
-/// @param wander share by which the delay swings, over seconds
+/// A reading of some time ago. @param wander share of the delay by which it swings, with a period of seven seconds
 std::optional<Formed> late(const Surroundings& rig, const std::string& place, double wander) {
   const Index i = sensor_at(*rig.plan, place);
   return Formed{least_late, most_late, [=](double size) {
@@ -103,7 +103,8 @@ std::optional<Formed> wandering_bus(const Surroundings& rig, const std::string& 
 /// Sizes of couplings are their corners in Hz.
 constexpr double least_corner = 0.005, most_corner = 3;
 
-/// A capacitor before a resistor, by the bilinear rule that keeps the corner where it is.
+/// The high-pass of a capacitor and a resistor on row i, s / (s + 2 pi corner_hz), by the bilinear transform with its
+/// corner prewarped.
 void couple(Matrix& y, Index i, double corner_hz, double rate) {
   const double g = std::tan(M_PI * corner_hz / rate);
   double before = y(i, 0), held = 0;
@@ -129,7 +130,7 @@ std::optional<Formed> one_coupling(const Surroundings& rig, const std::string& p
   return coupled(rig, place, {1});
 }
 
-/// The discharge of the sensor behind that of its amplifier, which is slower.
+/// Sensor and amplifier are each coupled, the amplifier with the lower corner.
 std::optional<Formed> two_couplings(const Surroundings& rig, const std::string& place, Random& random) {
   return coupled(rig, place, {1, log_between(random, 0.05, 0.5)});
 }

@@ -3,10 +3,10 @@
 namespace wheelhop {
 namespace {
 
-// AC coupling of accelerometers with built-in electronics: 0.05 to 3 Hz by their data sheets. The corner moves with the
-// fit.
-constexpr double kCorner = 0.3;   // Hz
-constexpr double kTypical = 0.5;  // Hz
+// The coupling of accelerometers with built-in electronics has its corner between 0.05 and 3 Hz or so. Both numbers are
+// judgements from the middle of that.
+constexpr double kCorner = 0.3;   // Hz, where a fit starts
+constexpr double kTypical = 0.5;  // Hz, of which a plan asks whether a test would show it
 
 }  // namespace
 
