@@ -103,6 +103,8 @@ EffectCandidate with_path(const Plant& plant, const std::string& effect, const s
   candidate.form = form;
   candidate.plant = plant;
   for (const EffectParameter& parameter : parameters) {
+    // A drive that is not held has no hold interval, of which this is a share.
+    if (!plant.held() && parameter.name.ends_with(".sampling_phase")) continue;
     set_parameter(candidate.plant, parameter.name, parameter.value);
     candidate.parameters.push_back({parameter.name, parameter.scale, 0});
   }

@@ -354,7 +354,7 @@ Vector whole_state(const Plant& plant, const Vector& state) {
 SimulateOptions run_options(const Plant& plant, const FitRecord& record, const Vector& initial_state) {
   SimulateOptions options = sparing_steps(plant, kSubsteps, kMostSubsteps);
   options.decimation = record.ratio;
-  options.from_equilibrium = initial_state.size() == 0;
+  options.from_equilibrium = options.or_at_zero = initial_state.size() == 0;
   if (initial_state.size() > 0) options.initial_state = whole_state(plant, initial_state);
   return options;
 }
@@ -372,6 +372,42 @@ FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef we
   record.skip = signal.skip;
   record.weight_std = weight_std;
   return record;
+}
+
+Plant with_drive_rate(Plant plant, const RecordSet& set) {
+  if (plant.held() || set.records.empty()) return plant;
+  const auto sample_at = [&](Index ratio) {
+    for (PlantInput& input : plant.inputs) input.hold_hz = static_cast<double>(ratio) * set.sampling_hz;
+  };
+  const auto readings_at = [&](Index ratio, std::vector<Matrix>& readings) {
+    readings.clear();
+    sample_at(ratio);
+    for (const Record& record : set.records) {
+      const FitRecord drive = fit_record(plant, record.signal, Vector::Ones(plant.sensor_count()));
+      const Simulation run = simulate_measured(plant, drive.drive, run_options(plant, drive));
+      if (run.status != Status::ok) return false;
+      readings.push_back(run.outputs.leftCols(record.signal.samples()));
+    }
+    return true;
+  };
+  std::vector<Matrix> coarse, fine;
+  bool before = readings_at(1, coarse);
+  Index ratio = 1;
+  for (; ratio < kMostDriveRatio; ratio *= 2) {
+    const bool ran = readings_at(2 * ratio, fine);
+    if (before && ran) {
+      Vector change = Vector::Zero(plant.sensor_count()), size = change;
+      for (std::size_t i = 0; i < fine.size(); ++i) {
+        change += (fine[i] - coarse[i]).rowwise().squaredNorm();
+        size += fine[i].rowwise().squaredNorm();
+      }
+      if ((change.array() <= kDriveAccuracy * kDriveAccuracy * size.array()).all()) break;
+    }
+    before = ran;
+    coarse.swap(fine);
+  }
+  sample_at(ratio);
+  return plant;
 }
 
 Index fitted_from(const FitRecord& record, Index block) {

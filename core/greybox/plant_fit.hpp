@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/data/records.hpp"
 #include "core/optimise/solver.hpp"
 #include "core/plant/plant.hpp"
 #include "core/plant/simulate.hpp"
@@ -19,6 +20,11 @@ inline constexpr double kFarthest = 15;
 inline constexpr Index kSubsteps = 4;
 /// Where a law with memory yields too fast for those: too long steps leave it bounded, but not its derivatives.
 inline constexpr Index kMostSubsteps = 16;
+/// Largest change of a reading, relative to its root mean square, when the samples of a drive that is not held are
+/// doubled: a judgement, well below the noise of usual sensors (80 dB).
+inline constexpr double kDriveAccuracy = 1e-4;
+/// Most samples of such a drive in one sample of a record: a judgement, a bound on the time.
+inline constexpr Index kMostDriveRatio = 32;
 /// Prior of an initial state around rest, in RMS values of the states under the drive.
 inline constexpr double kStateSpread = 3;
 /// Tolerances from which a parameter has stopped there.
@@ -57,6 +63,12 @@ SimulateOptions run_options(const Plant& plant, const FitRecord& record, const V
 /// @param weight_std p, the record's noise floor (for a mean of R repeats that of one over sqrt(R))
 /// UserError as drive_of_record and hold_samples_per_record_sample.
 FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std);
+
+/// The plant with the rate at which drives that are not held are sampled for simulations of these records: a power of
+/// two times that of the records, the lowest at which doubling it changes no reading by more than `kDriveAccuracy`, and
+/// at most `kMostDriveRatio`. Between the samples of a record drives follow their `interpolation`. A plant whose drives
+/// are held is returned as it is. Cost: a simulation of the records for each rate that is tried.
+Plant with_drive_rate(Plant plant, const RecordSet& set);
 
 /// First sample of a record that a fit counts. Memories of laws start at rest where the record does although the rig
 /// was moving, and an accelerometer sees it: a damper without its memory costs the first sample more than the rest of a

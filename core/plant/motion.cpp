@@ -8,6 +8,7 @@
 namespace wheelhop {
 
 Motion::Motion(const Plant& plant) {
+  held_ = plant.held();
   bool inerters = false;
   for (const Mass& mass : plant.masses) {
     mass_.push_back(mass.mass_kg);
@@ -164,7 +165,7 @@ double Motion::effective_travel(const Branch& branch, double travel) const {
 }
 
 double Motion::free_rate(const Branch& branch, double rate) const {
-  if (branch.driven < 0) return rate;
+  if (branch.driven < 0 || !held_) return rate;
   const Drive& drive = inputs_[static_cast<std::size_t>(branch.driven)];
   return rate - branch.driven_sign * v_[static_cast<std::size_t>(drive.node)];
 }

@@ -15,7 +15,7 @@ namespace wheelhop {
 /// what the travel of their element is made of. Built once, evaluated millions of times without allocation. Owns a copy
 /// of the laws and scratch space: one object a thread.
 ///
-/// A displacement drive is held, so its node moves in steps; its velocity (which only laws that read the rate of an
+/// A displacement drive that is held moves its node in steps. Its velocity (which only laws that read the rate of an
 /// element at that node see) is an argument of its own, `u_rate`, decided by the simulation.
 class Motion {
  public:
@@ -74,6 +74,7 @@ class Motion {
   /// 0 every position has its own force, which a search for an equilibrium needs.
   void set_play_leak(double share) { play_leak_ = share; }
   bool has_play() const;
+  bool held() const { return held_; }  ///< the drives move in steps, else smoothly
 
   struct Energy {
     double kinetic_j = 0;
@@ -177,6 +178,7 @@ class Motion {
   std::vector<double> rest_, z_rate_;            // one entry a memory: zeros, and scratch
   std::vector<double> element_force_;            // one entry an element
   double play_leak_ = 0;
+  bool held_ = true;
 };
 
 }  // namespace wheelhop

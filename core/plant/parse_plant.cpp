@@ -110,6 +110,11 @@ Point read_point(const JsonCursor& cursor, const Plant& plant, Names& places) {
   return point;
 }
 
+[[noreturn]] void fail_hold(const JsonCursor& input, const std::string& expected) {
+  if (auto member = input.find("hold_hz")) member->fail(expected);
+  input.fail("\"hold_hz\": " + expected);
+}
+
 PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& places, Names& channels) {
   PlantInput input;
   const bool force = cursor.at("kind").one_of({"displacement", "force"}) == "force";
@@ -118,7 +123,8 @@ PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& place
   if (!force) places.read(cursor.at("name"));
   input.unit = force ? "N" : "m";
   read_unit(cursor, input.unit, force ? "a force input" : "a displacement input");
-  input.hold_hz = cursor.at("hold_hz").number({.low = 1e-3, .high = 1e7});
+  if (auto member = cursor.find("hold_hz")) input.hold_hz = member->number({.low = 1e-3, .high = 1e7});
+  input.held = input.hold_hz > 0;
   if (auto member = cursor.find("interpolation"))
     input.interpolation = member->one_of({"band_limited", "zoh", "linear"});
   if (force) {
@@ -128,7 +134,11 @@ PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& place
   input.path = parse_drive_path(cursor);
   cursor.done();
   if (!plant.inputs.empty() && input.hold_hz != plant.inputs.front().hold_hz)
-    cursor.at("hold_hz").fail("the hold rate of the other inputs (all inputs are held at the same instants)");
+    fail_hold(cursor, "the hold rate of the other inputs, or none as they have (all are held at the same instants)");
+  if (!input.held && input.interpolation == "zoh")
+    fail_hold(cursor, "a hold rate, since \"interpolation\": \"zoh\" says that the drive is held");
+  if (!input.held && input.path.sampling_phase != 0)
+    fail_hold(cursor, "a hold rate beside \"sampling_phase\", which is a share of the hold interval");
   return input;
 }
 
@@ -257,7 +267,7 @@ Json to_json(const Plant& plant) {
     const bool force = input.kind == InputKind::force;
     Json item = {{"name", input.name}, {"kind", force ? "force" : "displacement"}, {"unit", input.unit}};
     if (force) write_place(item, "on", plant, input.from, input.to);
-    item["hold_hz"] = input.hold_hz;
+    if (input.held) item["hold_hz"] = input.hold_hz;
     item["interpolation"] = input.interpolation;
     write_path(item, input.path);
     out["inputs"].push_back(std::move(item));

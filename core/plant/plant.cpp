@@ -118,8 +118,13 @@ double Plant::hold_hz() const {
     if (input.hold_hz != inputs.front().hold_hz)
       throw UserError("plant \"" + name + "\": inputs \"" + inputs.front().name + "\" and \"" + input.name +
                       "\" have different hold_hz; all inputs are held at the same instants");
+  if (!(inputs.front().hold_hz > 0))
+    throw UserError("plant \"" + name + "\": expected \"hold_hz\" in its inputs: without records that were measured, " +
+                    "nothing else says how often the drive changes");
   return inputs.front().hold_hz;
 }
+
+bool Plant::held() const { return inputs.empty() || inputs.front().held; }
 
 std::vector<Channel> Plant::input_channels() const {
   std::vector<Channel> channels;

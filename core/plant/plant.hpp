@@ -38,11 +38,14 @@ struct PlantInput {
   std::string name;
   InputKind kind = InputKind::displacement;
   std::string unit;                            ///< "m" or "N"
-  double hold_hz = 0;                          ///< the drive is held (ZOH) at this rate
+  /// Samples of the drive a second, between which it is held (ZOH). Of a drive that is not held this is the rate of the
+  /// samples that it runs through smoothly; a plant file does not give it, `with_drive_rate` finds it for records.
+  double hold_hz = 0;
   std::string interpolation = "band_limited";  ///< between the samples of a slower record: band_limited, zoh, linear
   /// A force acts as -u on the first and +u on the second node; ("ground", mass) for a force `on` a mass.
   std::string from, to;
   DrivePath path = {};  ///< from the command to what the plant feels
+  bool held = true;     ///< false of a measured drive, which was never held
 };
 
 struct Element {
@@ -76,14 +79,15 @@ struct Plant {
   std::vector<std::string> node_names() const;   ///< masses, displacement inputs, "ground", points
   Index node(std::string_view node_name) const;  ///< index into node_names(); UserError if unknown
   Index element(std::string_view name) const;    ///< index; UserError if unknown
-  double hold_hz() const;                        ///< common hold rate of all inputs
+  double hold_hz() const;                        ///< common rate of all drives; UserError where it is not known yet
+  bool held() const;                             ///< false if the drives are continuous between their samples
   std::vector<Channel> input_channels() const;
   std::vector<Channel> output_channels() const;
 };
 
 /// Reads and checks a plant file. UserError with file, JSON path, what was expected and found, and the known names:
 /// unknown node, law or key; element with one node only, or without a mass at either end; mass that is not positive or
-/// that nothing touches; repeated name; wrong unit; tolerance outside (0, 1]; inputs of different hold rates; no mass,
+/// that nothing touches; repeated name; wrong unit; tolerance outside (0, 1]; inputs of different hold rates, or held ones beside others; no mass,
 /// input or sensor.
 Plant load_plant(const std::filesystem::path& file);
 Plant parse_plant(const JsonCursor& cursor);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/plant/drive_course.hpp"
 #include "core/plant/linearise.hpp"
 #include "core/plant/matrix_motion.hpp"
 #include "core/plant/tangent.hpp"
@@ -89,8 +90,10 @@ void start(Lane& lane) {
     lane.state.head(options.initial_state.size()) = options.initial_state;
   } else if (options.from_equilibrium) {
     const Equilibrium equilibrium = static_equilibrium(plant, lane.drive.col(0));
-    if (equilibrium.status != Status::ok) return lane.fail(equilibrium.status, equilibrium.message, 0, lane.start_s());
-    lane.state.head(plant.mass_count()) = equilibrium.positions;
+    if (equilibrium.status == Status::ok)
+      lane.state.head(plant.mass_count()) = equilibrium.positions;
+    else if (equilibrium.status != Status::rank_deficient || !options.or_at_zero)
+      return lane.fail(equilibrium.status, equilibrium.message, 0, lane.start_s());
   }
   const Index kept = (lane.drive.cols() - options.lead_samples - 1) / options.decimation + 1;
   lane.result.states.resize(lane.size(), kept);
@@ -112,6 +115,7 @@ class March {
         substeps_(first_.options.substeps) {
     for (std::vector<V>* z : {&z_, &z_stage_, &r1_, &r2_, &r3_, &r4_}) z->assign(s_, V(0.0));
     for (std::vector<V>* u : {&u_, &u_step_, &u_rate_, &u_felt_}) u->assign(inputs_, V(0.0));
+    if (!first_.motion.held()) pieces_.resize(inputs_);
     for (const Lane* lane : lanes)
       drives_.push_back({lane->drive.data(), lane->drive.outerStride(), lane->drive.cols() - 1});
     told_.resize(2 * inputs_);
@@ -155,6 +159,8 @@ class March {
       if (last) return;
       if (!kept || apart) hold(false, hold_s);
       for (Index step = 0; step < substeps_; ++step) {
+        passed_ = static_cast<double>(step);
+        if (step > 0 && smooth()) move_drives(passed_ / static_cast<double>(substeps_), hold_s);
         if (!begun && !begin()) return;
         if (adapts && step == 0) {
           tell_inputs(0);
@@ -162,7 +168,7 @@ class March {
           first_.motion.place(x, x + n_);
           substeps_ = steps_for(first_.motion.fastest_yielding(), hold_s, options.substeps, options.most_substeps);
         }
-        if (!finish(hold_s / static_cast<double>(substeps_))) return;
+        if (!finish(hold_s / static_cast<double>(substeps_), hold_s)) return;
         begun = false;
       }
     }
@@ -189,6 +195,7 @@ class March {
 
   /// The drives of interval k_, and their steps at its start, which memories that know what a step does follow at once.
   void follow_drives(double hold_s) {
+    if (smooth()) return take_pieces();
     for (std::size_t i = 0; i < inputs_; ++i) {
       const V now = drive(i);
       u_step_[i] = k_ > 0 ? now - u_[i] : V(0.0);
@@ -206,8 +213,32 @@ class March {
     }
   }
 
+  bool smooth() const { return !pieces_.empty(); }
+  /// The course of drives that are not held over interval k_.
+  void take_pieces() {
+    for (std::size_t i = 0; i < inputs_; ++i)
+      for (std::size_t lane = 0; lane < lanes_.size(); ++lane) {
+        const DriveView& own = drives_[lane];
+        const auto at = [&](Index j) { return own.values[own.stride * j + static_cast<Index>(i)]; };
+        const DrivePiece<double> piece = smooth_piece(at, std::min(k_, own.last), own.last);
+        for (std::size_t p = 0; p < 4; ++p) lanes::put(pieces_[i].c[p], static_cast<int>(lane), piece.c[p]);
+      }
+  }
+  /// Drives that are not held, at a fraction of interval k_.
+  [[gnu::noinline]] void move_drives(double fraction, double hold_s) {
+    for (std::size_t i = 0; i < inputs_; ++i) {
+      u_felt_[i] = pieces_[i].value(V(fraction));
+      u_rate_[i] = pieces_[i].slope(V(fraction)) / V(hold_s);
+    }
+    equations_.hold(u_felt_.data(), u_rate_.data());
+    if (!tangent_) return;
+    tell_inputs(0);
+    tangent_->set_inputs(first_.motion, k_, false, hold_s, fraction);
+  }
+
   /// @param sampled the drive that accelerations at the sample itself read, else that of the interval behind it
   void hold(bool sampled, double hold_s) {
+    if (smooth()) return move_drives(0, hold_s);
     sampled = sampled && first_.options.sampled_drive.size() != 0;
     u_felt_ = u_;
     if (sampled)
@@ -322,12 +353,12 @@ class March {
   };
   /// The step of length h that was begun. Every stage is checked: one beyond the pole of an end stop would read a force
   /// of the wrong sign and go on as if nothing had happened.
-  [[gnu::always_inline]] bool finish(double h) {
-    if constexpr (N == 0) return finish(h, stages_);
+  [[gnu::always_inline]] bool finish(double h, double hold_s) {
+    if constexpr (N == 0) return finish(h, hold_s, stages_);
     Stages in_registers(n_);
-    return finish(h, in_registers);
+    return finish(h, hold_s, in_registers);
   }
-  [[gnu::always_inline]] bool finish(double h, Stages& stages) {
+  [[gnu::always_inline]] bool finish(double h, double hold_s, Stages& stages) {
     auto& [q, v2, v3, v4, a2, a3, a4] = stages;
     const std::size_t n = equations_.masses();
     const V half = 0.5 * h, whole = h, sixth = h / 6, two = 2.0;
@@ -336,6 +367,7 @@ class March {
       v2[i] = v_[i] + half * a1_[i];
     }
     for (std::size_t i = 0; i < s_; ++i) z_stage_[i] = z_[i] + half * r1_[i];
+    if (smooth()) move_drives((passed_ + 0.5) / static_cast<double>(substeps_), hold_s);
     if (!stage(0.5 * h, 2, q, v2, a2, r2_)) return false;
     for (std::size_t i = 0; i < n; ++i) {
       q[i] = q_[i] + half * v2[i];
@@ -348,6 +380,7 @@ class March {
       v4[i] = v_[i] + whole * a3[i];
     }
     for (std::size_t i = 0; i < s_; ++i) z_stage_[i] = z_[i] + whole * r3_[i];
+    if (smooth()) move_drives((passed_ + 1) / static_cast<double>(substeps_), hold_s);
     if (!stage(h, 1, q, v4, a4, r4_)) return false;
     for (std::size_t i = 0; i < n; ++i) {
       q_[i] += sixth * (v_[i] + two * (v2[i] + v3[i]) + v4[i]);
@@ -367,6 +400,8 @@ class March {
   PerMass<V, N> q_{n_}, v_{n_}, a1_{n_};
   Stages stages_{n_};
   std::vector<V> z_, z_stage_, r1_, r2_, r3_, r4_, u_, u_step_, u_rate_, u_felt_;
+  std::vector<DrivePiece<V>> pieces_;  // of drives that are not held, one each an input; else none
+  double passed_ = 0;                  // steps of interval k_ before the present one
   struct DriveView {
     const double* values;
     Index stride, last;
@@ -415,7 +450,7 @@ bool in_step(const Lane& a, const Lane& b) {
               [](const Point& x, const Point& y) { return x.name == y.name && x.weights == y.weights; }) &&
          same(one.inputs, other.inputs,
               [](const PlantInput& x, const PlantInput& y) {
-                return x.name == y.name && x.kind == y.kind && x.from == y.from && x.to == y.to;
+                return x.name == y.name && x.kind == y.kind && x.from == y.from && x.to == y.to && x.held == y.held;
               }) &&
          same(one.elements, other.elements, [&](const Element& x, const Element& y) {
            return x.from == y.from && x.to == y.to && same(x.laws, y.laws, law);

@@ -31,6 +31,7 @@ struct SimulateOptions {
   Index decimation = 1;           ///< every how many hold samples one is kept, >= 1
   Index lead_samples = 0;         ///< hold samples at the start that are simulated but not kept
   bool from_equilibrium = false;  ///< start at rest in the equilibrium of the first drive sample
+  bool or_at_zero = false;        ///< with the former: at rest at zero where no spring balances the first sample
   Matrix sampled_drive = {};      ///< m x N, what accelerations at the samples read; empty: the drive
   Vector initial_state = {};      ///< 2n [q; v] with memories at rest, or 2n + s; empty: zero, or the equilibrium
 };
@@ -44,6 +45,10 @@ struct Simulation {
 };
 
 /// Integrates M q'' = forces(q, q', u) by classical Runge-Kutta of fourth order, the drive held over each interval.
+///
+/// Drives that are not held (`PlantInput::held`) follow the curve of drive_course.hpp through their samples in every
+/// stage, and the velocity of a displacement drive is its slope; no memory steps. The rest of this paragraph is about
+/// drives that are held.
 ///
 /// Accelerations are those of the equation of motion at the sample itself, not differences of velocities. The velocity
 /// of a displacement drive, which only rate-dependent laws at the drive node see, is (u_k - u_{k-1}) / T over interval

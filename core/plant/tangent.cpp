@@ -1,5 +1,7 @@
 #include "core/plant/tangent.hpp"
 
+#include "core/plant/drive_course.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -156,7 +158,7 @@ void Tangent::step_memories(const Motion& motion, Index k, const double* step, c
   }
 }
 
-void Tangent::set_inputs(const Motion& motion, Index k, bool sampled, double hold_s) {
+void Tangent::set_inputs(const Motion& motion, Index k, bool sampled, double hold_s, double fraction) {
   if (driven_.empty()) return;
   applied_.clear();
   for (Size i = 0; i < motion.inputs_.size(); ++i) {
@@ -164,10 +166,18 @@ void Tangent::set_inputs(const Motion& motion, Index k, bool sampled, double hol
     for (const Size c : driven_) {
       const Matrix& drive = variations_[c].drive;
       const auto at = static_cast<Index>(i);
-      const double change = sampled && variations_[c].sampled.size() > 0 ? variations_[c].sampled(at, k) : drive(at, k);
+      double change = 0, rate = 0;
+      if (motion.held()) {
+        change = sampled && variations_[c].sampled.size() > 0 ? variations_[c].sampled(at, k) : drive(at, k);
+        rate = k > 0 ? (drive(at, k) - drive(at, k - 1)) / hold_s : 0;
+      } else {
+        const auto piece = smooth_piece([&](Index j) { return drive(at, j); }, k, drive.cols() - 1);
+        change = piece.value(fraction);
+        rate = piece.slope(fraction) / hold_s;
+      }
       if (input.node >= 0) {
         inputs_.set(2 * i, c, change);
-        inputs_.set(2 * i + 1, c, k > 0 ? (drive(at, k) - drive(at, k - 1)) / hold_s : 0);
+        inputs_.set(2 * i + 1, c, rate);
         continue;
       }
       for (const Motion::Weight& weight : motion.weights(input.from))
@@ -298,7 +308,7 @@ template <int N>
       Size state = branch.first_state;
       for (Size k = branch.first_memory; k < branch.last_law; ++k, ++law) {
         const LawMemory& memory = motion.laws_[k].kind->memory;
-        const Lanes seen = memory.jump ? free : rate;
+        const Lanes seen = memory.jump && motion.held() ? free : rate;
         f += Lanes(slopes.pulling * slopes.followed * law->df_dx) * travel + Lanes(slopes.pulling * law->df_dv) * seen;
         const auto states = static_cast<Size>(memory.states);
         for (Size i = 0; i < states; ++i) {

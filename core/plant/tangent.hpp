@@ -38,7 +38,8 @@ class Tangent {
   /// At the start of sample k, before the memories z follow the drives' steps. @param step m
   void step_memories(const Motion& motion, Index k, const double* step, const double* z);
   /// @param sampled for accelerations at the sample itself, else over the interval behind it
-  void set_inputs(const Motion& motion, Index k, bool sampled, double hold_s);
+  /// @param fraction of the interval that has passed, where the drives are not held
+  void set_inputs(const Motion& motion, Index k, bool sampled, double hold_s, double fraction = 0);
   /// First stage of a step. @param motion placed at the state @param z its memories @param a its accelerations
   /// @return as `Motion::accelerations`
   int begin(Motion& motion, const double* z, const double* a);

@@ -10,6 +10,7 @@
 
 #include "core/base/files.hpp"
 #include "core/base/status.hpp"
+#include "core/greybox/plant_fit.hpp"
 #include "experiments/blind/score_calibration.hpp"
 #include "experiments/blind/score_key.hpp"
 #include "experiments/diagnose/diagnose.hpp"
@@ -76,8 +77,9 @@ Found find_answer(const fs::path& file, const std::vector<std::string>& left_out
 /// @return false where the answer is an error
 bool answer_case(const fs::path& folder, const fs::path& out, const std::vector<std::string>& left_out) {
   try {
-    const Plant plant = load_plant(folder / "plant.json");
+    Plant plant = load_plant(folder / "plant.json");
     const RecordSet set = load_records(folder / "records.json", plant.input_channels(), plant.output_channels());
+    plant = with_drive_rate(std::move(plant), set);
     const Diagnosis diagnosis = diagnose_records(plant, set, catalogue_without(left_out));
     fs::path retuned = out;
     write_json(retuned.replace_extension(".retuned.json"), to_json(diagnosis.retuned_plant));

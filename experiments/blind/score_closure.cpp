@@ -51,10 +51,12 @@ void measure_closure(Judged& judged, const std::filesystem::path& answers, const
   if (!std::filesystem::exists(truth / "records.json")) return;
   if (answer.absent || !answer.error.empty()) judged.true_closure = judged.beyond_closure = 0;
   if (answer.plant.empty() || answer.retuned.empty()) return;
-  const Plant before = load_plant(answers / answer.retuned), after = load_plant(answers / answer.plant);
+  Plant before = load_plant(answers / answer.retuned), after = load_plant(answers / answer.plant);
   const Vector floor = floor_of(answer, before);
   if (!(floor.minCoeff() > 0)) return;
   const RecordSet set = load_records(truth / "records.json", before.input_channels(), before.output_channels());
+  before = with_drive_rate(std::move(before), set);
+  after = with_drive_rate(std::move(after), set);
   std::vector<const Record*> inside, beyond;
   for (const Record& record : set.records)
     (std::filesystem::path(record.file).filename().string().starts_with("beyond") ? beyond : inside).push_back(&record);

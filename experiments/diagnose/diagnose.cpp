@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "core/base/files.hpp"
+#include "core/greybox/plant_fit.hpp"
 #include "experiments/diagnose/answer.hpp"
 #include "experiments/diagnose/json.hpp"
 #include "experiments/diagnose/report.hpp"
@@ -82,8 +83,9 @@ std::filesystem::path write_diagnosis(const Plant& plant, const Diagnosis& diagn
 }
 
 int run_diagnose(const DiagnoseRequest& request) {
-  const Plant plant = load_plant(request.plant);
+  Plant plant = load_plant(request.plant);
   const RecordSet set = load_records(request.records, plant.input_channels(), plant.output_channels());
+  plant = with_drive_rate(std::move(plant), set);
   require_writable_folder(request.out.parent_path());
   if (!request.report.empty()) require_writable_folder(request.report.parent_path());
   const auto step = [&](const std::string& what) {

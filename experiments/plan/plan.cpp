@@ -7,6 +7,7 @@
 
 #include "core/base/files.hpp"
 #include "core/gap/evidence/noise_floor.hpp"
+#include "core/greybox/plant_fit.hpp"
 #include "experiments/run/provenance.hpp"
 #include "variants/table.hpp"
 
@@ -113,8 +114,9 @@ Json to_json(const Plant& plant, const Plan& plan, const Vector& noise, const st
 }  // namespace
 
 int run_plan(const PlanRequest& request) {
-  const Plant plant = unquantised(load_plant(request.plant));  // steps of a converter have no slope; noise covers them
+  Plant plant = unquantised(load_plant(request.plant));  // steps of a converter have no slope; noise covers them
   const RecordSet set = load_records(request.records, plant.input_channels(), {}, plant.output_channels());
+  plant = with_drive_rate(std::move(plant), set);
   if (!request.out.empty()) require_writable_folder(request.out.parent_path());
   Planned planned = drives_of(plant, set);
   Vector noise;

@@ -9,6 +9,7 @@
 #include "core/data/table.hpp"
 #include "core/model/model_file.hpp"
 #include "core/plant/dataset.hpp"
+#include "core/greybox/plant_fit.hpp"
 #include "experiments/identify/study.hpp"
 #include "variants/table.hpp"
 
@@ -84,9 +85,10 @@ RecordSet load_set(const SimulateRequest& request, const System& system, bool& e
 }  // namespace
 
 int run_simulate(const SimulateRequest& request) {
-  const System system = load_system(request.system);
+  System system = load_system(request.system);
   bool estimate = false;
   const RecordSet set = load_set(request, system, estimate);
+  if (!system.model) system.plant = with_drive_rate(std::move(system.plant), set);
   if (system.model && std::abs(system.model->sampling_hz / set.sampling_hz - 1) > 1e-9)
     throw UserError(fmt::format("{}: $.sampling_hz: expected {} as in {}, found {}", request.records.string(),
                                 system.model->sampling_hz, request.system.string(), set.sampling_hz));

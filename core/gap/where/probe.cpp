@@ -55,6 +55,7 @@ Plant plant_with_force(const Plant& plant, std::string from, std::string to) {
   force.kind = InputKind::force;
   force.unit = "N";
   force.hold_hz = plant.hold_hz();
+  force.held = plant.held();
   force.from = from;
   force.to = to;
   probed.inputs.push_back(force);
