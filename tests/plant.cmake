@@ -5,7 +5,6 @@ wheelhop_tests(plant wheelhop_plant
   lemma/plant.cpp
   lemma/plant_laws.cpp
   lemma/plant_memory.cpp
-  lemma/continuous_drive.cpp
   lemma/plant_paths.cpp
   lemma/road.cpp
   lemma/stepping.cpp

@@ -368,8 +368,9 @@ FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef we
   for (Index i = 0; i < u.rows(); ++i)
     record.drive.row(i) = interpolate(u.row(i), record.ratio,
                                       interpolation_from(plant.inputs[static_cast<std::size_t>(i)].interpolation));
-  record.y = signal.y;
-  record.skip = signal.skip;
+  const Index unsure = plant.held() ? 0 : std::min(kUnsureEnds, signal.samples() / 10);
+  record.y = signal.y.leftCols(signal.samples() - unsure);
+  record.skip = std::min(std::max(signal.skip, unsure), record.y.cols() - 1);
   record.weight_std = weight_std;
   return record;
 }
@@ -386,7 +387,7 @@ Plant with_drive_rate(Plant plant, const RecordSet& set) {
       const FitRecord drive = fit_record(plant, record.signal, Vector::Ones(plant.sensor_count()));
       const Simulation run = simulate_measured(plant, drive.drive, run_options(plant, drive));
       if (run.status != Status::ok) return false;
-      readings.push_back(run.outputs.leftCols(record.signal.samples()));
+      readings.push_back(run.outputs.middleCols(drive.skip, drive.y.cols() - drive.skip));
     }
     return true;
   };

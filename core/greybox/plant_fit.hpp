@@ -23,6 +23,10 @@ inline constexpr Index kMostSubsteps = 16;
 /// Largest change of a reading, relative to its root mean square, when the samples of a drive that is not held are
 /// doubled: a judgement, well below the noise of usual sensors (80 dB).
 inline constexpr double kDriveAccuracy = 1e-4;
+/// Samples at either end of a record that are not compared where the drive is not held, at most a tenth of the record:
+/// there the drive between its samples also depends on what came before or after. Half the reach of the windowed sinc
+/// in `interpolate`: a judgement.
+inline constexpr Index kUnsureEnds = 16;
 /// Most samples of such a drive in one sample of a record: a judgement, a bound on the time.
 inline constexpr Index kMostDriveRatio = 32;
 /// Prior of an initial state around rest, in RMS values of the states under the drive.

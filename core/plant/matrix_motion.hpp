@@ -277,7 +277,8 @@ template <class V, int N>
   std::size_t state = element.first_state;
   for (std::size_t k = element.first_memory; k < element.last_law; ++k) {
     const LawMemory& memory = motions_[0]->laws_[k].kind->memory;
-    inside = both(inside, memory_law(k, travel, memory.jump && motions_[0]->held() ? free_rate : rate, z + state, one, z_rate + state));
+    inside = both(inside, memory_law(k, travel, memory.jump && motions_[0]->held() ? free_rate : rate, z + state, one,
+                                     z_rate + state));
     f += one;
     state += static_cast<std::size_t>(memory.states);
   }

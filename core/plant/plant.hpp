@@ -37,7 +37,7 @@ enum class InputKind { displacement, force };
 struct PlantInput {
   std::string name;
   InputKind kind = InputKind::displacement;
-  std::string unit;                            ///< "m" or "N"
+  std::string unit;  ///< "m" or "N"
   /// Samples of the drive a second, between which it is held (ZOH). Of a drive that is not held this is the rate of the
   /// samples that it runs through smoothly; a plant file does not give it, `with_drive_rate` finds it for records.
   double hold_hz = 0;
@@ -87,8 +87,8 @@ struct Plant {
 
 /// Reads and checks a plant file. UserError with file, JSON path, what was expected and found, and the known names:
 /// unknown node, law or key; element with one node only, or without a mass at either end; mass that is not positive or
-/// that nothing touches; repeated name; wrong unit; tolerance outside (0, 1]; inputs of different hold rates, or held ones beside others; no mass,
-/// input or sensor.
+/// that nothing touches; repeated name; wrong unit; tolerance outside (0, 1]; inputs of different hold rates, or held
+/// ones beside others; no mass, input or sensor.
 Plant load_plant(const std::filesystem::path& file);
 Plant parse_plant(const JsonCursor& cursor);
 /// `parse_plant(to_json(plant))` gives the same plant.

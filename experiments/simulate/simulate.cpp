@@ -7,9 +7,9 @@
 #include "core/base/files.hpp"
 #include "core/data/records.hpp"
 #include "core/data/table.hpp"
+#include "core/greybox/plant_fit.hpp"
 #include "core/model/model_file.hpp"
 #include "core/plant/dataset.hpp"
-#include "core/greybox/plant_fit.hpp"
 #include "experiments/identify/study.hpp"
 #include "variants/table.hpp"
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <complex>
 #include <filesystem>
 
 #include "core/base/random.hpp"
@@ -367,4 +368,61 @@ TEST_CASE("a drive in another unit than the plant's is no gap: its size is told,
   const Json d = parse_json(read_file(folder / "d.json"), "d.json");
   CHECK(d.at("verdict") == "insufficient");
   CHECK(d.at("which").at("named").empty());
+}
+
+TEST_CASE("a plant that is right shows no gap under a measured drive that was never held, at every sampling rate",
+          "[slow]") {
+  Random random(41, Stream::parameters);
+  const auto between = [&](double low, double high) { return low + (high - low) * random.uniform(); };
+  for (const double sampling_hz : {100.0, 400.0, 2000.0}) {
+    // The steady state of a mass on a spring and a damper under a sum of sines is known exactly.
+    const double m = between(1, 300), w0 = 2 * 3.14159265358979 * between(1, 6), k = m * w0 * w0,
+                 c = 2 * between(0.05, 0.4) * m * w0;
+    const Folder folder;
+    write_json(folder / "plant.json",
+               Json{{"name", "one mass"},
+                    {"masses", {{{"name", "mass"}, {"mass_kg", m}, {"tolerance", 0.01}}}},
+                    {"inputs", {{{"name", "push"}, {"kind", "force"}, {"unit", "N"}, {"on", "mass"}}}},
+                    {"elements",
+                     {{{"name", "mount"},
+                       {"between", {"ground", "mass"}},
+                       {"laws",
+                        {{{"law", "linear_spring"}, {"stiffness_n_per_m", k}, {"tolerance", 0.03}},
+                         {{"law", "viscous_damper"}, {"damping_ns_per_m", c}, {"tolerance", 0.08}}}}}}},
+                    {"sensors",
+                     {{{"name", "position"}, {"kind", "displacement"}, {"of", "mass"}, {"unit", "m"}},
+                      {{"name", "shake"}, {"kind", "acceleration"}, {"of", "mass"}, {"unit", "m/s^2"}}}}});
+    RecordSet set;
+    set.sampling_hz = sampling_hz;
+    for (const char* role : {"estimation", "estimation", "validation"}) {
+      Signal signal;
+      const auto samples = static_cast<Index>(12 * sampling_hz);
+      signal.sample_time_s = 1 / sampling_hz;
+      signal.inputs = {{"push", "N"}};
+      signal.outputs = {{"position", "m"}, {"shake", "m/s^2"}};
+      signal.u = Matrix::Zero(1, samples);
+      signal.y = Matrix::Zero(2, samples);
+      for (int line = 0; line < 30; ++line) {
+        const double f = between(0.3, std::min(20.0, 0.2 * sampling_hz)), w = 2 * 3.14159265358979 * f;
+        const std::complex<double> push = std::polar(k * 0.01 / (1 + f / 8), between(0, 6)),
+                                   x = push / std::complex<double>(k - m * w * w, c * w);
+        for (Index i = 0; i < samples; ++i) {
+          const auto turn = std::polar(1.0, w * static_cast<double>(i) / sampling_hz);
+          signal.u(0, i) += (push * turn).imag();
+          signal.y(0, i) += (x * turn).imag();
+          signal.y(1, i) += (-w * w * x * turn).imag();
+        }
+      }
+      for (Index i = 0; i < 2; ++i) {
+        const double std = 0.003 * signal.y.row(i).norm() / std::sqrt(static_cast<double>(samples));
+        for (double& value : signal.y.row(i)) value += std * random.normal();
+      }
+      set.records.push_back({"", role, "", 0, signal});
+    }
+    write_records(folder.path(), set);
+    std::string out;
+    const Json d = diagnosis(folder, out);
+    INFO(sampling_hz << " Hz: " << out);
+    CHECK(d.at("verdict") == "no_gap");
+  }
 }

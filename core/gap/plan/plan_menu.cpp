@@ -149,9 +149,15 @@ void add_ride_height(const Plant& plant, const std::vector<FitRecord>& records, 
     const double travel_m = rms(probed.front().y)(e);
     force(e) = stiffness(element) * travel_m;
     if (e < kNamed) item.name += fmt::format("{}{:.2g} mm at {}", e ? ", " : "", 1e3 * travel_m, element.name);
-    item.inputs.push_back(
-        {"static_force:" + element.name, InputKind::force, "N", plant.hold_hz(), "zoh", element.from, element.to, {},
-         plant.held()});
+    item.inputs.push_back({"static_force:" + element.name,
+                           InputKind::force,
+                           "N",
+                           plant.hold_hz(),
+                           "zoh",
+                           element.from,
+                           element.to,
+                           {},
+                           plant.held()});
   }
   if (force.size() > kNamed) item.name += fmt::format(", and {} more", force.size() - kNamed);
   item.name = "with the ride height shifted (" + item.name + ")";
