@@ -8,4 +8,5 @@ wheelhop_tests(plant wheelhop_plant
   lemma/plant_paths.cpp
   lemma/road.cpp
   lemma/stepping.cpp
-  lemma/plant_inerter.cpp)
+  lemma/plant_inerter.cpp
+  lemma/plant_force.cpp)

@@ -28,13 +28,6 @@ class FunctionEffect final : public Effect {
   std::function<void(const Plant&, const Operation&, std::vector<EffectCandidate>&)> function_;
 };
 
-bool turns(const Plant& plant, const std::string& mass) {
-  for (const Point& point : plant.points)
-    for (const auto& [name, weight] : point.weights)
-      if (name == mass && weight < 0) return true;
-  return false;
-}
-
 /// The element between the ground and a mass, of any name; the number of elements if there is none.
 std::size_t joint_to_ground(const Plant& plant, const std::string& mass) {
   const auto joins = [&](const Element& element) {
@@ -45,6 +38,13 @@ std::size_t joint_to_ground(const Plant& plant, const std::string& mass) {
 }
 
 }  // namespace
+
+bool turns(const Plant& plant, const std::string& mass) {
+  for (const Point& point : plant.points)
+    for (const auto& [name, weight] : point.weights)
+      if (name == mass && weight < 0) return true;
+  return false;
+}
 
 std::vector<LawPlace> law_places(const Plant& plant, const Operation& operation) {
   std::vector<LawPlace> list;
@@ -112,9 +112,13 @@ EffectCandidate with_path(const Plant& plant, const std::string& effect, const s
 }
 
 bool at_drive(const Plant& plant, const Element& element) {
-  for (const PlantInput& input : plant.inputs)
-    if (input.kind == InputKind::displacement && (input.name == element.from || input.name == element.to)) return true;
-  return false;
+  const auto driven = [&](const std::string& node) {
+    return std::any_of(plant.inputs.begin(), plant.inputs.end(), [&](const PlantInput& input) {
+      return input.kind == InputKind::displacement && input.name == node;
+    });
+  };
+  const auto moves = [&](const std::string& node) { return node != "ground" && !driven(node); };
+  return (driven(element.from) && moves(element.to)) || (driven(element.to) && moves(element.from));
 }
 
 bool at_drive(const Plant& plant, const LawPlace& place) {
@@ -178,6 +182,16 @@ void typically(EffectCandidate& candidate, const std::string& parameter, double 
 }
 
 double third(double value) { return std::abs(value) / 3; }
+
+double usual_offset(const Sensor& sensor) {
+  switch (sensor.kind) {
+    case SensorKind::displacement: return 0.002;
+    case SensorKind::velocity: return 0.01;
+    case SensorKind::acceleration: return 0.1;
+    case SensorKind::force: return 0;
+  }
+  return 0;
+}
 
 std::shared_ptr<const Effect> effect_family(
     std::string name, std::function<void(const Plant&, const Operation&, std::vector<EffectCandidate>&)> candidates) {

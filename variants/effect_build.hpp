@@ -33,8 +33,8 @@ struct LawPlace {
   bool guide() const { return !mass.empty(); }
 };
 
-/// All elements of a plant, then the guides of its masses. A mass that turns has none: one that rigid points carry with
-/// a negative weight, as they do a pitch or roll, since what slides on a guide there would be a moment.
+/// All elements of a plant, then the guides of its masses. A mass that turns has none: what slides on a guide there
+/// would be a moment.
 std::vector<LawPlace> law_places(const Plant& plant, const Operation& operation);
 
 /// Adds a law to an element. `values` in the order of the law's parameters; `moved` by their names there.
@@ -46,11 +46,14 @@ EffectCandidate with_law(const Plant& plant, const LawPlace& place, const std::s
                          const std::string& law, std::vector<double> values,
                          const std::vector<std::pair<std::string, double>>& moved);
 
-/// Sets parameters of a drive or sensor path, or of the time base, by their full names.
+/// Sets parameters of a drive or sensor path, of the time base or of a load, by their full names.
 EffectCandidate with_path(const Plant& plant, const std::string& effect, const std::string& location,
                           const std::string& form, const std::vector<EffectParameter>& parameters);
 
-/// True if one node of the element is a displacement input: a tyre, a base mount.
+/// True of a mass that rigid points carry with a negative weight, as they do a pitch or roll.
+bool turns(const Plant& plant, const std::string& mass);
+/// True if one node of the element is a displacement input and the other one moves: a tyre, a base mount; but not a
+/// damper on a dynamometer.
 bool at_drive(const Plant& plant, const Element& element);
 /// True of such an element, and of the guide of a mass at the end of one: a wheel on its tyre. Damping there goes by
 /// the name of the tyre's.
@@ -73,6 +76,8 @@ void followed_by_steps(EffectCandidate& candidate, const ElementOperation& opera
 void defined_by(EffectCandidate& candidate, const std::string& parameter, double low, double high);
 /// Adds the size that the literature gives to a parameter of that last part of a name, of a passenger car's corner.
 void typically(EffectCandidate& candidate, const std::string& parameter, double value);
+/// Offset of a sensor that the literature gives, in its unit; 0 of a force, where it goes with the measuring range.
+double usual_offset(const Sensor& sensor);
 /// A third of the size of each moved value, a step that a fit can begin with.
 double third(double value);
 

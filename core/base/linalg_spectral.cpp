@@ -67,7 +67,10 @@ Matrix leading_left_vectors(ConstMatrixRef M, Index count) {
   return svd(M).U.leftCols(count);
 }
 
-ComplexVector eigenvalues(ConstMatrixRef A) { return Eigen::EigenSolver<Matrix>(A, false).eigenvalues(); }
+ComplexVector eigenvalues(ConstMatrixRef A) {
+  if (A.rows() == 0) return {};
+  return Eigen::EigenSolver<Matrix>(A, false).eigenvalues();
+}
 
 double spectral_radius(ConstMatrixRef A) {
   if (A.rows() == 0) return 0;

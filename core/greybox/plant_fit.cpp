@@ -293,6 +293,7 @@ bool typical_states(const Plant& plant, const std::vector<FitRecord>& records, V
     scale = scale.cwiseMax(rms(result.states.topRows(n2)));
     start.segment(n2 * static_cast<Index>(i), n2) = result.states.col(0).head(n2);
   }
+  if (n2 == 0) return true;  // all nodes are held
   // A mass that never moves still needs a scale.
   scale = scale.cwiseMax(1e-9 + 1e-6 * scale.maxCoeff());
   start = start.cwiseQuotient(scale.replicate(static_cast<Index>(records.size()), 1));
@@ -308,6 +309,15 @@ void visit(const Simulation& result, const FitRecord& record, Matrix& visited) {
     const Index sample = record.skip + k * scored / count;
     visited.col(before + k) << result.states.col(sample), record.drive.col(sample * record.ratio);
   }
+}
+
+/// What a solver finds; the problem as it stands where nothing can be moved, as of a plant without masses.
+Solution solved(const Solver& solver, const ResidualProblem& problem, ConstVectorRef theta, Index iterations) {
+  if (problem.parameters() > 0) return solver.minimise(problem, theta, iterations);
+  Solution fixed;
+  fixed.theta = theta;
+  fixed.status = problem.cost(theta, fixed.cost) ? Status::ok : Status::outside_domain;
+  return fixed;
 }
 
 Vector scored_residual(const std::vector<Matrix>& errors, const std::vector<FitRecord>& records) {
@@ -455,8 +465,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
     // the drive makes.
     start = fit.states_at_rest;
     const PlantProblem states_alone(plant, {}, remembered_part(plant, records), fit.state_scale);
-    const Solution first =
-        solver.minimise(*with_prior(states_alone, start, state_precision), start, options.iterations);
+    const Solution first = solved(solver, *with_prior(states_alone, start, state_precision), start, options.iterations);
     if (first.status != Status::outside_domain) start = first.theta;
   }
   const bool states_only = parameters.empty();
@@ -474,7 +483,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
   }
   if (options.alone) problem.run_alone();
   if (options.from && options.from->jacobian.size() > 0 && !states_only) problem.start_from(*options.from, theta);
-  fit.solution = solver.minimise(*with_prior(problem, mean, fit.precision), theta, options.iterations);
+  fit.solution = solved(solver, *with_prior(problem, mean, fit.precision), theta, options.iterations);
   if (fit.solution.status == Status::outside_domain) return fit;
   theta = fit.solution.theta;
   fit.theta = theta.head(moved);
@@ -513,6 +522,8 @@ bool linearise(PlantFit& fit, const std::vector<FitParameter>& parameters, const
         fit.initial_states[i].cwiseQuotient(fit.state_scale);
   fit.jacobian.resize(problem.residuals(), problem.parameters());
   if (!problem.jacobian(theta, fit.residual, fit.jacobian)) return false;
+  fit.covariance.resize(moved, moved);
+  if (problem.parameters() == 0) return true;
   Matrix H = Matrix::Zero(problem.parameters(), problem.parameters());
   H.selfadjointView<Eigen::Lower>().rankUpdate(fit.jacobian.transpose());
   H.diagonal() += fit.precision;

@@ -58,6 +58,7 @@ Equilibrium static_equilibrium(const Plant& plant, ConstVectorRef u) {
   Motion motion(plant);
   const Index n = motion.masses();
   if (u.size() != motion.inputs()) throw UserError("static_equilibrium: expected one constant value an input");
+  if (n == 0) return {Status::ok, "", Vector(0)};
   const Vector rest = Vector::Zero(std::max(n, motion.inputs()));
   const Matrix masses = motion.mass_matrix();
 
@@ -69,6 +70,7 @@ Equilibrium static_equilibrium(const Plant& plant, ConstVectorRef u) {
   if (const int element = motion.slopes(rest.data(), rest.data(), stiffness, damping); element >= 0)
     return outside(plant, element);
   Vector applied = Vector::Zero(motion.node_count());
+  applied.head(n) = motion.load_forces();
   for (Index i = 0; i < motion.inputs(); ++i) {
     if (motion.input_node(i) >= 0) {
       applied -= stiffness.col(motion.input_node(i)) * u(i);

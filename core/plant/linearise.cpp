@@ -26,12 +26,36 @@ Row node_row(const LinearPlant& model, const Motion& motion, SensorKind kind, In
         row.d += weight.value * model.B.row(n + weight.mass);
         row.d_rate += weight.value * model.B_rate.row(n + weight.mass);
         break;
+      case SensorKind::force: break;  // of an element, no node
     }
   }
   for (Index i = 0; i < m; ++i) {
     if (motion.input_node(i) != node) continue;
     if (kind == SensorKind::displacement) row.d(i) = 1;
     if (kind == SensorKind::velocity) row.d_rate(i) = 1;
+  }
+  return row;
+}
+
+Row sensor_row(const LinearPlant& model, const Motion& motion, const Motion::Slopes& slopes, Index k) {
+  const Motion::SensorPlace& place = motion.sensor(k);
+  const bool force = place.kind == SensorKind::force;
+  const SensorKind kind = force ? SensorKind::acceleration : place.kind;
+  const Row from = node_row(model, motion, kind, place.from), to = node_row(model, motion, kind, place.to);
+  Row row{to.c - from.c, to.d - from.d, to.d_rate - from.d_rate};
+  if (!force) return row;
+  const Index n = motion.masses();
+  const double inertance = motion.inertance_kg(place.element);
+  for (Eigen::RowVectorXd* part : {&row.c, &row.d, &row.d_rate}) *part *= inertance;
+  row.c.head(n) += slopes.sensed_stiffness.row(k).head(n);
+  row.c.segment(n, n) += slopes.sensed_damping.row(k).head(n);
+  row.c.tail(motion.memories()) += slopes.sensed_memory.row(k);
+  for (Index i = 0; i < motion.inputs(); ++i) {
+    if (motion.force_inside(i) == place.element) row.d(i) -= 1;
+    const Index node = motion.input_node(i);
+    if (node < 0) continue;
+    row.d(i) += slopes.sensed_stiffness(k, node);
+    row.d_rate(i) += slopes.sensed_damping(k, node);
   }
   return row;
 }
@@ -79,6 +103,9 @@ LinearPlant linearise_along(const Plant& plant, ConstMatrixRef states, ConstMatr
     add(slopes.memory_travel, own.memory_travel);
     add(slopes.memory_rate, own.memory_rate);
     add(slopes.memory, own.memory);
+    add(slopes.sensed_stiffness, own.sensed_stiffness);
+    add(slopes.sensed_damping, own.sensed_damping);
+    add(slopes.sensed_memory, own.sensed_memory);
   }
   const Matrix inverse_mass = motion.inverse_mass_matrix();
 
@@ -111,13 +138,12 @@ LinearPlant linearise_along(const Plant& plant, ConstMatrixRef states, ConstMatr
   model.D = Matrix::Zero(p, m);
   model.D_rate = Matrix::Zero(p, m);
   for (Index k = 0; k < p; ++k) {
-    const Motion::SensorPlace& place = motion.sensor(k);
-    const Row from = node_row(model, motion, place.kind, place.from);
-    const Row to = node_row(model, motion, place.kind, place.to);
-    model.C.row(k) = to.c - from.c;
-    model.D.row(k) = to.d - from.d;
-    model.D_rate.row(k) = to.d_rate - from.d_rate;
+    const Row row = sensor_row(model, motion, slopes, k);
+    model.C.row(k) = row.c;
+    model.D.row(k) = row.d;
+    model.D_rate.row(k) = row.d_rate;
   }
+  if (model.A.size() == 0) return model;
 
   const ComplexVector poles = eigenvalues(model.A);
   const double growth = poles.real().maxCoeff();

@@ -81,6 +81,7 @@ class MatrixMotion {
           return false;
       for (std::size_t i = 0; i < n; ++i) a[i] -= element.pull[i] * f;
     }
+    if (n == 0) return inside;  // all nodes are held
     V sum = a[0];
     for (std::size_t i = 1; i < n; ++i) sum += a[i];
     return both(inside, finite(sum));
@@ -104,7 +105,7 @@ class MatrixMotion {
   PerMass<V, N * N> stiffness_, damping_;  // M^-1 K and M^-1 D, a row a mass
   std::vector<Curved> curved_;
   std::vector<std::vector<V>> values_;  // of the laws, for lanes
-  PerMass<V, N> b_;
+  PerMass<V, N> load_, b_;              // load_: what of b is constant
   struct Drive {
     bool is_force;
     std::vector<V> on_mass, on_mass_rate;  // change of b with u and with u'
@@ -135,6 +136,7 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
       memories_(static_cast<std::size_t>(motions[0]->memories())),
       stiffness_(masses_ * masses_),
       damping_(masses_ * masses_),
+      load_(masses_),
       b_(masses_) {
   const Motion& first = *motions[0];
   const std::size_t n = masses_;
@@ -173,7 +175,9 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
       stiffness = damping = 0.0;
     }
     for (std::size_t d = 0; d < drives_.size(); ++d)
-      drives_[d].travel.push_back(static_cast<int>(d) == branch.driven ? branch.driven_sign : 0.0);
+      drives_[d].travel.push_back(static_cast<int>(d) == branch.driven       ? branch.driven_sign
+                                  : static_cast<int>(d) == branch.driven_too ? -branch.driven_sign
+                                                                             : 0.0);
     PerMass<V, N> direction(n), pull(n);
     for (std::size_t i = 0; i < n; ++i) {
       direction[i] = g[i];
@@ -193,6 +197,9 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
     add_node(static_cast<std::size_t>(first.inputs_[d].to), 1, pushed);
     for (std::size_t i = 0; i < n; ++i) drives_[d].on_mass[i] = accelerated(pushed, i);
   }
+  for (std::size_t i = 0; i < n; ++i)
+    load_[i] = lanes::gather<V>(
+        motions, [&](const Motion& motion) { return motion.accelerated(motion.load_forces().data(), i); });
   if constexpr (!std::is_same_v<V, double>)
     for (std::size_t k = 0; k < first.laws_.size(); ++k) {
       values_.emplace_back();
@@ -205,7 +212,7 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
 template <class V, int N>
 void MatrixMotion<V, N>::hold(const V* u, const V* u_rate) {
   const std::size_t n = masses();
-  for (std::size_t i = 0; i < n; ++i) b_[i] = 0.0;
+  for (std::size_t i = 0; i < n; ++i) b_[i] = load_[i];
   for (Curved& element : curved_) element.travel = element.rate = 0.0;
   for (std::size_t d = 0; d < drives_.size(); ++d) {
     const Drive& drive = drives_[d];

@@ -65,20 +65,32 @@ Motion::Motion(const Plant& plant) {
     if (input.kind == InputKind::displacement)
       inputs_.push_back({plant.node(input.name), -1, -1});
     else
-      inputs_.push_back({-1, plant.node(input.from), plant.node(input.to)});
+      inputs_.push_back(
+          {-1, plant.node(input.from), plant.node(input.to), input.inside.empty() ? -1 : plant.element(input.inside)});
   }
   for (Branch& branch : branches_) {
-    branch.driven = -1;
+    branch.driven = branch.driven_too = -1;
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
       if (inputs_[i].node < 0) continue;
       const auto node = static_cast<std::size_t>(inputs_[i].node);
       if (node != branch.from && node != branch.to) continue;
+      if (branch.driven >= 0) {
+        branch.driven_too = static_cast<int>(i);
+        continue;
+      }
       branch.driven = static_cast<int>(i);
       branch.driven_sign = node == branch.to ? 1 : -1;
     }
   }
-  for (const Sensor& sensor : plant.sensors)
-    sensors_.push_back({sensor.kind, plant.node(sensor.from), plant.node(sensor.to)});
+  for (const Sensor& sensor : plant.sensors) {
+    if (sensor.kind != SensorKind::force) {
+      sensors_.push_back({sensor.kind, plant.node(sensor.from), plant.node(sensor.to)});
+      continue;
+    }
+    const Index element = plant.element(sensor.element);
+    const Branch& branch = branches_[static_cast<std::size_t>(element)];
+    sensors_.push_back({sensor.kind, static_cast<Index>(branch.from), static_cast<Index>(branch.to), element});
+  }
   const std::size_t nodes = plant.node_names().size();
   weights_.resize(nodes);
   for (std::size_t i = 0; i < mass_.size(); ++i) weights_[i] = {{static_cast<Index>(i), 1.0}};
@@ -89,7 +101,17 @@ Motion::Motion(const Plant& plant) {
   x_.assign(nodes, 0);
   v_.assign(nodes, 0);
   force_.assign(nodes, 0);
-  applied_.assign(nodes, 0);
+  loads_.assign(nodes, 0);
+  for (const Load& load : plant.loads) loads_[static_cast<std::size_t>(plant.node(load.on))] += load.force_n;
+  applied_ = loads_;
+  inside_.assign(branches_.size(), 0);
+}
+
+Vector Motion::load_forces() const {
+  Vector forces = Vector::Zero(masses());
+  for (std::size_t node = 0; node < loads_.size(); ++node)
+    for (const Weight& weight : weights_[node]) forces(weight.mass) += weight.value * loads_[node];
+  return forces;
 }
 
 Matrix Motion::mass_matrix() const {
@@ -126,7 +148,8 @@ void Motion::couple() {
 }
 
 void Motion::set_inputs(const double* u, const double* u_rate) {
-  std::fill(applied_.begin(), applied_.end(), 0.0);
+  applied_ = loads_;
+  std::fill(inside_.begin(), inside_.end(), 0.0);
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     const Drive& drive = inputs_[i];
     if (drive.node >= 0) {
@@ -135,6 +158,7 @@ void Motion::set_inputs(const double* u, const double* u_rate) {
     } else {
       applied_[static_cast<std::size_t>(drive.from)] -= u[i];
       applied_[static_cast<std::size_t>(drive.to)] += u[i];
+      if (drive.inside >= 0) inside_[static_cast<std::size_t>(drive.inside)] -= u[i];
     }
   }
 }
@@ -166,8 +190,11 @@ double Motion::effective_travel(const Branch& branch, double travel) const {
 
 double Motion::free_rate(const Branch& branch, double rate) const {
   if (branch.driven < 0 || !held_) return rate;
-  const Drive& drive = inputs_[static_cast<std::size_t>(branch.driven)];
-  return rate - branch.driven_sign * v_[static_cast<std::size_t>(drive.node)];
+  const auto speed = [&](int input) {
+    return v_[static_cast<std::size_t>(inputs_[static_cast<std::size_t>(input)].node)];
+  };
+  const double other = branch.driven_too >= 0 ? speed(branch.driven_too) : 0;
+  return rate - branch.driven_sign * (speed(branch.driven) - other);
 }
 
 void Motion::step_memories(const double* step, double* z) const {
@@ -176,7 +203,7 @@ void Motion::step_memories(const double* step, double* z) const {
     std::size_t state = branch.first_state;
     for (std::size_t k = branch.first_memory; k < branch.last_law; ++k) {
       const LawMemory& memory = laws_[k].kind->memory;
-      if (memory.jump) memory.jump(laws_[k].values, branch.driven_sign * step[branch.driven], z + state);
+      if (memory.jump) memory.jump(laws_[k].values, driven_by(branch, step), z + state);
       state += static_cast<std::size_t>(memory.states);
     }
   }
@@ -259,10 +286,29 @@ double Motion::reading(SensorKind kind, Index node, const double* q, const doubl
   return 0;  // the ground; accelerometers stand on no drive
 }
 
-void Motion::outputs(const double* q, const double* v, const double* a, double* y) const {
+// All that pulls the nodes of an element together: its laws, inerters among them, and inputs inside it.
+double Motion::force_reading(std::size_t index, const double* q, const double* v, const double* z, const double* a) {
+  const Branch& branch = branches_[index];
+  const double rate = v_[branch.to] - v_[branch.from];
+  double sum;
+  if (!element(branch, x_[branch.to] - x_[branch.from], rate, free_rate(branch, rate), z, sum, z_rate_.data()))
+    return std::numeric_limits<double>::quiet_NaN();
+  if (branch.inertance_kg != 0) {
+    const auto acceleration = [&](std::size_t node) {
+      return reading(SensorKind::acceleration, static_cast<Index>(node), q, v, a);
+    };
+    sum += branch.inertance_kg * (acceleration(branch.to) - acceleration(branch.from));
+  }
+  return sum + inside_[index];
+}
+
+void Motion::outputs(const double* q, const double* v, const double* z, const double* a, double* y) {
+  place(q, v);
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     const SensorPlace& sensor = sensors_[i];
-    y[i] = reading(sensor.kind, sensor.to, q, v, a) - reading(sensor.kind, sensor.from, q, v, a);
+    y[i] = sensor.kind == SensorKind::force
+               ? force_reading(static_cast<std::size_t>(sensor.element), q, v, z, a)
+               : reading(sensor.kind, sensor.to, q, v, a) - reading(sensor.kind, sensor.from, q, v, a);
   }
 }
 
@@ -330,6 +376,9 @@ int Motion::slopes(const double* q, const double* v, const double* z, Slopes& re
   result.memory_travel.setZero(memories(), node_count());
   result.memory_rate.setZero(memories(), node_count());
   result.memory.setZero(memories(), memories());
+  result.sensed_stiffness.setZero(sensors(), node_count());
+  result.sensed_damping.setZero(sensors(), node_count());
+  result.sensed_memory.setZero(sensors(), memories());
   const auto add = [](Matrix& M, Index from, Index to, double slope) {
     M(from, from) += slope;
     M(to, to) += slope;
@@ -343,16 +392,30 @@ int Motion::slopes(const double* q, const double* v, const double* z, Slopes& re
     const double pulling = elements[b].pulling, followed = elements[b].followed;
     add(result.stiffness, from, to, elements[b].stiffness_n_per_m);
     add(result.damping, from, to, elements[b].damping_ns_per_m);
+    const auto sense = [&](Matrix& M, double slope) {
+      for (Index row = 0; row < sensors(); ++row) {
+        if (sensor(row).element != static_cast<Index>(b)) continue;
+        M(row, to) += slope;
+        M(row, from) -= slope;
+      }
+    };
+    sense(result.sensed_stiffness, elements[b].stiffness_n_per_m);
+    sense(result.sensed_damping, elements[b].damping_ns_per_m);
     auto state = static_cast<Index>(branch.first_state);
     for (std::size_t k = branch.first_memory; k < branch.last_law; ++k) {
       const MemorySlopes& s = laws[law++];
       add(result.stiffness, from, to, pulling * followed * s.df_dx);
       add(result.damping, from, to, pulling * s.df_dv);
+      sense(result.sensed_stiffness, pulling * followed * s.df_dx);
+      sense(result.sensed_damping, pulling * s.df_dv);
       const Index states = laws_[k].states();
       for (Index i = 0; i < states; ++i) {
         const auto at = static_cast<std::size_t>(i);
         result.memory_force(from, state + i) += pulling * s.df_dz[at];
         result.memory_force(to, state + i) -= pulling * s.df_dz[at];
+        for (Index row = 0; row < sensors(); ++row)
+          if (sensor(row).element == static_cast<Index>(b))
+            result.sensed_memory(row, state + i) = pulling * s.df_dz[at];
         result.memory_travel(state + i, to) += followed * s.dz_dx[at];
         result.memory_travel(state + i, from) -= followed * s.dz_dx[at];
         result.memory_rate(state + i, to) += s.dz_dv[at];
@@ -369,7 +432,8 @@ int Motion::slopes(const double* q, const double* v, const double* z, Slopes& re
       for (const Weight& weight : point.weights) M->row(weight.mass) += weight.value * M->row(node);
       M->row(node).setZero();
     }
-    for (Matrix* M : {&result.stiffness, &result.damping, &result.memory_travel, &result.memory_rate}) {
+    for (Matrix* M : {&result.stiffness, &result.damping, &result.memory_travel, &result.memory_rate,
+                      &result.sensed_stiffness, &result.sensed_damping}) {
       for (const Weight& weight : point.weights) M->col(weight.mass) += weight.value * M->col(node);
       M->col(node).setZero();
     }

@@ -53,8 +53,11 @@ class Motion {
   /// pulls its second node toward its first. Written only if that evaluation was defined.
   double element_force(Index element) const { return element_force_[static_cast<std::size_t>(element)]; }
 
-  /// Sensor readings y (p) at a state and its accelerations, under the inputs set before.
-  void outputs(const double* q, const double* v, const double* a, double* y) const;
+  /// Sensor readings y (p) at a state and its accelerations, under the inputs set before; memories at rest. NaN of a
+  /// force sensor whose element is outside the domain of its laws.
+  void outputs(const double* q, const double* v, const double* a, double* y) { outputs(q, v, rest_.data(), a, y); }
+  /// The same with memories z (s).
+  void outputs(const double* q, const double* v, const double* z, const double* a, double* y);
 
   /// Slopes of the forces: stiffness and damping matrices (nodes x nodes, symmetric), such that small changes of the
   /// positions dx and velocities dv of masses and inputs give force = -stiffness dx - damping dv on them. Rows and
@@ -67,6 +70,10 @@ class Motion {
     Matrix memory_force;                // nodes x s
     Matrix memory_travel, memory_rate;  // s x nodes
     Matrix memory;                      // s x s
+    // What the laws of its element add to a force sensor's reading, a row a sensor; zero of other sensors, and without
+    // inerters. Columns as above.
+    Matrix sensed_stiffness, sensed_damping;  // p x nodes
+    Matrix sensed_memory;                     // p x s
   };
   int slopes(const double* q, const double* v, const double* z, Slopes& result);
 
@@ -99,6 +106,7 @@ class Motion {
   int slopes_here(const double* z, ElementSlopes* elements, MemorySlopes* laws);
 
   double mass_kg(Index i) const { return mass_[static_cast<std::size_t>(i)]; }
+  double inertance_kg(Index element) const { return branches_[static_cast<std::size_t>(element)].inertance_kg; }
   /// True if the plant has an inerter, of whatever size: M and its inverse may be full.
   bool coupled() const { return !inverse_matrix_.empty(); }
   Matrix mass_matrix() const;          ///< M, n x n [kg]
@@ -116,6 +124,10 @@ class Motion {
   Index input_node(Index input) const { return inputs_[static_cast<std::size_t>(input)].node; }
   /// Nodes between which a force input acts: -u on the first, +u on the second.
   std::array<Index, 2> force_nodes(Index input) const;
+  /// Element inside which a force input acts, -1: none.
+  Index force_inside(Index input) const { return inputs_[static_cast<std::size_t>(input)].inside; }
+  /// Constant forces of the loads on the masses (n), those on points by their weights [N].
+  Vector load_forces() const;
   struct Weight {
     Index mass;
     double value;
@@ -124,7 +136,8 @@ class Motion {
   const std::vector<Weight>& weights(Index node) const { return weights_[static_cast<std::size_t>(node)]; }
   struct SensorPlace {
     SensorKind kind;
-    Index from, to;
+    Index from, to;  // ends of the element of a force sensor
+    Index element = -1;
   };
   const SensorPlace& sensor(Index i) const { return sensors_[static_cast<std::size_t>(i)]; }
 
@@ -143,7 +156,8 @@ class Motion {
     std::size_t first_state;
     int driven;  // input that moves an end, -1: none; a positive step of it changes the travel by driven_sign
     double driven_sign;
-    bool modified;  // by a clearance, a contact or a shifted working point
+    int driven_too;  // input that moves the other end as well, with the other sign, -1: none
+    bool modified;   // by a clearance, a contact or a shifted working point
     double play_m, contact_n, offset_m;
     double rest_force_n;  // of the laws at the working point
     double inertance_kg;
@@ -151,6 +165,7 @@ class Motion {
   struct Drive {
     Index node;  // of a displacement
     Index from, to;
+    Index inside = -1;
   };
   struct RigidPoint {
     std::size_t node;
@@ -163,6 +178,12 @@ class Motion {
   bool element(const Branch& branch, double own_travel, double rate, double free_rate, const double* z, double& sum,
                double* z_rate) const;
   double free_rate(const Branch& branch, double rate) const;
+  /// What inputs (m values) make of the travel of an element that they drive.
+  static double driven_by(const Branch& branch, const double* inputs) {
+    const double other = branch.driven_too >= 0 ? inputs[branch.driven_too] : 0;
+    return branch.driven_sign * (inputs[branch.driven] - other);
+  }
+  double force_reading(std::size_t element, const double* q, const double* v, const double* z, const double* a);
   double reading(SensorKind kind, Index node, const double* q, const double* v, const double* a) const;
 
   void couple();
@@ -175,6 +196,8 @@ class Motion {
   std::vector<Drive> inputs_;
   std::vector<SensorPlace> sensors_;
   std::vector<double> x_, v_, force_, applied_;  // one entry a node
+  std::vector<double> loads_;                    // of applied_, what is constant
+  std::vector<double> inside_;                   // one entry an element: forces of inputs that act inside it
   std::vector<double> rest_, z_rate_;            // one entry a memory: zeros, and scratch
   std::vector<double> element_force_;            // one entry an element
   double play_leak_ = 0;

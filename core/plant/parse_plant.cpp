@@ -145,13 +145,7 @@ PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& place
 Element read_element(const JsonCursor& cursor, const Plant& plant, Names& places) {
   Element element;
   element.name = places.read(cursor.at("name"));
-  const JsonCursor between = cursor.at("between");
-  read_pair(between, plant.node_names(), element.from, element.to);
-  const std::vector<std::string> movable = movable_names(plant);
-  const auto moves = [&](const std::string& name) {
-    return std::find(movable.begin(), movable.end(), name) != movable.end();
-  };
-  if (!moves(element.from) && !moves(element.to)) between.fail("a mass at one end at least: it moves nothing");
+  read_pair(cursor.at("between"), plant.node_names(), element.from, element.to);
   for (const JsonCursor& law : read_list(cursor, "laws", "law")) element.laws.push_back(parse_law(law));
   const auto any = [&](LawRole role) {
     return std::any_of(element.laws.begin(), element.laws.end(),
@@ -159,22 +153,56 @@ Element read_element(const JsonCursor& cursor, const Plant& plant, Names& places
   };
   if (!any(LawRole::force) && !any(LawRole::inertance))
     cursor.at("laws").fail("a law that gives a force beside those that limit it");
-  const auto stands = [&](const std::string& name) { return moves(name) || name == ground; };
+  const std::vector<std::string> movable = movable_names(plant);
+  const auto stands = [&](const std::string& name) {
+    return name == ground || std::find(movable.begin(), movable.end(), name) != movable.end();
+  };
   if (any(LawRole::inertance) && !(stands(element.from) && stands(element.to)))
     cursor.at("laws").fail("no inerter at a displacement input: a held drive moves in steps and has no acceleration");
   cursor.done();
   return element;
 }
 
+Load read_load(const JsonCursor& cursor, const Plant& plant, Names& loads) {
+  Load load;
+  load.name = loads.read(cursor.at("name"));
+  load.on = cursor.at("on").one_of(movable_names(plant));
+  load.force_n = cursor.at("force_n").number();
+  load.tolerance = parse_tolerance(cursor);
+  cursor.done();
+  return load;
+}
+
+/// What a sensor kind is called in a file, and its unit.
+struct KindName {
+  SensorKind kind;
+  const char *name, *unit;
+};
+constexpr KindName kSensorKinds[] = {{SensorKind::displacement, "displacement", "m"},
+                                     {SensorKind::velocity, "velocity", "m/s"},
+                                     {SensorKind::acceleration, "acceleration", "m/s^2"},
+                                     {SensorKind::force, "force", "N"}};
+
 Sensor read_sensor(const JsonCursor& cursor, const Plant& plant, Names& channels) {
   Sensor sensor;
   sensor.name = channels.read(cursor.at("name"));
-  const std::string kind = cursor.at("kind").one_of({"displacement", "velocity", "acceleration"});
-  sensor.kind = kind == "displacement" ? SensorKind::displacement
-                : kind == "velocity"   ? SensorKind::velocity
-                                       : SensorKind::acceleration;
-  sensor.unit = kind == "displacement" ? "m" : kind == "velocity" ? "m/s" : "m/s^2";
+  std::vector<std::string> kinds;
+  for (const KindName& own : kSensorKinds) kinds.push_back(own.name);
+  const std::string kind = cursor.at("kind").one_of(kinds);
+  for (const KindName& own : kSensorKinds)
+    if (kind == own.name) {
+      sensor.kind = own.kind;
+      sensor.unit = own.unit;
+    }
   read_unit(cursor, sensor.unit, "a sensor of " + kind);
+  if (sensor.kind == SensorKind::force) {
+    std::vector<std::string> elements;
+    for (const Element& element : plant.elements) elements.push_back(element.name);
+    sensor.element = cursor.at("element").one_of(elements);
+    sensor.path = parse_sensor_path(cursor);
+    cursor.done();
+    return sensor;
+  }
   const std::vector<std::string> movable = movable_names(plant);
   std::vector<std::string> nodes = plant.node_names();
   if (sensor.kind == SensorKind::acceleration) {
@@ -195,10 +223,37 @@ void require_every_mass_connected(const JsonCursor& cursor, const Plant& plant) 
   for (const Point& point : plant.points)
     if (touched.contains(point.name))
       for (const auto& [mass, weight] : point.weights) touched.insert(mass);
+  if (plant.masses.empty()) return;
   const std::vector<JsonCursor> items = cursor.at("masses").items();
   for (std::size_t i = 0; i < plant.masses.size(); ++i)
     if (!touched.contains(plant.masses[i].name))
       items[i].at("name").fail("a mass that an element or an input touches (nothing is attached to this one)");
+}
+
+/// An element whose two ends are held moves nothing; on a dynamometer its force is what is measured.
+void require_every_element_felt(const JsonCursor& cursor, const Plant& plant) {
+  const std::vector<std::string> movable = movable_names(plant);
+  const auto moves = [&](const std::string& name) {
+    return std::find(movable.begin(), movable.end(), name) != movable.end();
+  };
+  for (std::size_t e = 0; e < plant.elements.size(); ++e) {
+    const Element& element = plant.elements[e];
+    const bool read = std::any_of(plant.sensors.begin(), plant.sensors.end(),
+                                  [&](const Sensor& sensor) { return sensor.element == element.name; });
+    if (!read && !moves(element.from) && !moves(element.to))
+      cursor.at("elements")
+          .items()[e]
+          .at("between")
+          .fail("a mass at one end at least, or a sensor of kind \"force\" that reads this element: it moves nothing");
+  }
+}
+
+/// Read beside the cursor, which would take the key for one that the sensor knows.
+bool has_force_sensor(const Json& plant) {
+  if (!plant.is_object() || !plant.contains("sensors") || !plant["sensors"].is_array()) return false;
+  return std::any_of(plant["sensors"].begin(), plant["sensors"].end(), [](const Json& sensor) {
+    return sensor.is_object() && sensor.contains("kind") && sensor["kind"] == "force";
+  });
 }
 
 }  // namespace
@@ -209,19 +264,25 @@ Plant parse_plant(const JsonCursor& cursor) {
   // Masses, points, displacement inputs and elements share their names: each is a node or a location of a diagnosis.
   Names places("mass, point, input or element", {ground, "timebase", "actuator"});
   Names channels("channel", {"t"});
-  for (const JsonCursor& item : read_list(cursor, "masses", "mass")) plant.masses.push_back(read_mass(item, places));
+  if (!has_force_sensor(cursor.raw())) read_list(cursor, "masses", "mass (or a sensor of the force in an element)");
+  if (auto list = cursor.find("masses"))
+    for (const JsonCursor& item : list->items()) plant.masses.push_back(read_mass(item, places));
   if (auto list = cursor.find("points"))
     for (const JsonCursor& item : list->items()) plant.points.push_back(read_point(item, plant, places));
   for (const JsonCursor& item : read_list(cursor, "inputs", "input"))
     plant.inputs.push_back(read_input(item, plant, places, channels));
   if (auto list = cursor.find("elements"))
     for (const JsonCursor& item : list->items()) plant.elements.push_back(read_element(item, plant, places));
+  Names loads("load", {});
+  if (auto list = cursor.find("loads"))
+    for (const JsonCursor& item : list->items()) plant.loads.push_back(read_load(item, plant, loads));
   for (const JsonCursor& item : read_list(cursor, "sensors", "sensor"))
     plant.sensors.push_back(read_sensor(item, plant, channels));
   check_crosstalk(cursor.at("sensors"), plant);
   plant.clock_skew = cursor.number("clock_skew", 0, {.low = -0.01, .high = 0.01});
   cursor.done();
   require_every_mass_connected(cursor, plant);
+  require_every_element_felt(cursor, plant);
   return plant;
 }
 
@@ -240,11 +301,8 @@ void write_place(Json& out, const char* single, const Plant& plant, const std::s
 }
 
 const char* kind_name(SensorKind kind) {
-  switch (kind) {
-    case SensorKind::displacement: return "displacement";
-    case SensorKind::velocity: return "velocity";
-    case SensorKind::acceleration: return "acceleration";
-  }
+  for (const KindName& own : kSensorKinds)
+    if (own.kind == kind) return own.name;
   return "";
 }
 
@@ -278,10 +336,17 @@ Json to_json(const Plant& plant) {
     for (const Law& law : element.laws) item["laws"].push_back(to_json(law));
     out["elements"].push_back(std::move(item));
   }
+  if (!plant.loads.empty()) out["loads"] = Json::array();
+  for (const Load& load : plant.loads)
+    out["loads"].push_back(
+        {{"name", load.name}, {"on", load.on}, {"force_n", load.force_n}, {"tolerance", load.tolerance}});
   out["sensors"] = Json::array();
   for (const Sensor& sensor : plant.sensors) {
     Json item = {{"name", sensor.name}, {"kind", kind_name(sensor.kind)}};
-    write_place(item, "of", plant, sensor.from, sensor.to);
+    if (sensor.kind == SensorKind::force)
+      item["element"] = sensor.element;
+    else
+      write_place(item, "of", plant, sensor.from, sensor.to);
     item["unit"] = sensor.unit;
     write_path(item, sensor.path);
     out["sensors"].push_back(std::move(item));

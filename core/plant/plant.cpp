@@ -65,6 +65,8 @@ void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
       }
     }
   }
+  for (auto& load : plant.loads)
+    visit("load:" + load.name + ".force_n", location_of(plant, load), "N", load.force_n, load.tolerance, Range{});
   visit_paths(plant, ideal_paths, visit);
 }
 
@@ -80,6 +82,10 @@ std::string guide_element(const std::string& mass) { return "guide_of_" + mass; 
 
 std::string location_of(const Element& element) {
   return element.from == "ground" && element.name == guide_element(element.to) ? kGuide + element.to : element.name;
+}
+
+std::string location_of(const Plant& plant, const Load& load) {
+  return plant.node(load.on) < plant.mass_count() ? kGuide + load.on : load.on;
 }
 
 std::string actuator_of(const Plant& plant, const PlantInput& input) {

@@ -1,7 +1,7 @@
 /// \file
-/// The plant: a graph of lumped elements (masses, displacement and force inputs, laws between nodes, sensors), as
-/// read from a plant file. Nodes are the masses, the displacement inputs, `ground`, and rigid points, numbered in this
-/// order.
+/// The plant: a graph of lumped elements (masses, displacement and force inputs, laws between nodes, constant loads,
+/// sensors), as read from a plant file. Nodes are the masses, the displacement inputs, `ground`, and rigid points,
+/// numbered in this order.
 #pragma once
 
 #include <filesystem>
@@ -46,6 +46,9 @@ struct PlantInput {
   std::string from, to;
   DrivePath path = {};  ///< from the command to what the plant feels
   bool held = true;     ///< false of a measured drive, which was never held
+  /// Element in which a force acts, as a law of it would: its force sensors read -u beside its laws. Empty: beside the
+  /// elements. Not in plant files; for a force that stands for an unknown law.
+  std::string inside = {};
 };
 
 struct Element {
@@ -54,14 +57,27 @@ struct Element {
   std::vector<Law> laws;  ///< in parallel, at least one
 };
 
-enum class SensorKind { displacement, velocity, acceleration };
+/// A constant force on a mass or point, as weight or a preload. Positive pushes it toward larger displacements.
+/// Optional in a plant file: `"loads": [{"name": "gravity", "on": "body", "force_n": -2450, "tolerance": 0.01}]`.
+struct Load {
+  std::string name;
+  std::string on;
+  double force_n = 0;
+  double tolerance = default_tolerance;  ///< relative standard deviation of the force
+};
 
+enum class SensorKind { displacement, velocity, acceleration, force };
+
+/// A force sensor, `{"name": "cell", "kind": "force", "element": "damper", "unit": "N"}`, reads the force of an
+/// element: the sum of all its laws, inerters, clearance and contact included. It is positive where the element pulls
+/// the second node of its `between` toward the first, as a stretched spring does: k travel + d rate.
 struct Sensor {
   std::string name;
   SensorKind kind = SensorKind::displacement;
-  std::string from, to;  ///< reads x_to - x_from; from = "ground" for a sensor `of` a mass
-  std::string unit;      ///< "m", "m/s" or "m/s^2"
-  SensorPath path = {};  ///< from the ideal reading to the record
+  std::string from, to;      ///< reads x_to - x_from; from = "ground" for a sensor `of` a mass. Empty for a force
+  std::string unit;          ///< "m", "m/s", "m/s^2" or "N"
+  SensorPath path = {};      ///< from the ideal reading to the record
+  std::string element = {};  ///< of a force sensor
 };
 
 struct Plant {
@@ -70,6 +86,7 @@ struct Plant {
   std::vector<Point> points;
   std::vector<PlantInput> inputs;
   std::vector<Element> elements;
+  std::vector<Load> loads;
   std::vector<Sensor> sensors;
   double clock_skew = 0;  ///< the drive's clock runs 1 + skew times as fast as that of the records
 
@@ -86,9 +103,10 @@ struct Plant {
 };
 
 /// Reads and checks a plant file. UserError with file, JSON path, what was expected and found, and the known names:
-/// unknown node, law or key; element with one node only, or without a mass at either end; mass that is not positive or
-/// that nothing touches; repeated name; wrong unit; tolerance outside (0, 1]; inputs of different hold rates, or held
-/// ones beside others; no mass, input or sensor.
+/// unknown node, law or key; element with one node only, or without a mass at either end unless a force sensor reads it
+/// (a damper on a dynamometer); mass that is not positive or that nothing touches; repeated name; wrong unit; tolerance
+/// outside (0, 1]; inputs of different hold rates, or held ones
+/// beside others; no input or sensor; no mass unless there is a force sensor.
 Plant load_plant(const std::filesystem::path& file);
 Plant parse_plant(const JsonCursor& cursor);
 /// `parse_plant(to_json(plant))` gives the same plant.
@@ -99,23 +117,27 @@ Json to_json(const Plant& plant);
 std::string guide_element(const std::string& mass);
 /// Location of an element: its name, or `guide:MASS` of that one.
 std::string location_of(const Element& element);
+/// Location of a load: `guide:MASS`, as of any force between the ground and a mass, or the name of its point.
+std::string location_of(const Plant& plant, const Load& load);
 /// Location of an input's drive path: `actuator`, or `actuator:NAME` where there are several inputs.
 std::string actuator_of(const Plant& plant, const PlantInput& input);
 
 /// A scalar of the plant that a fit may move.
 struct PlantParameter {
   std::string name;      ///< "body.mass_kg", "suspension.viscous_damper.damping_ns_per_m"; a second law of the same
-                         ///< kind in one element is "suspension.linear_spring[2].stiffness_n_per_m"; paths are
-                         ///< "actuator:road.delay_s", "sensor:travel.lag.time_constant_s", "timebase.clock_skew"
-  std::string location;  ///< name of the mass, `location_of` the element; `actuator` (`actuator:NAME` where there are
-                         ///< several inputs), `sensor:NAME`, `timebase`
+                         ///< kind in one element is "suspension.linear_spring[2].stiffness_n_per_m"; loads are
+                         ///< "load:gravity.force_n"; paths are "actuator:road.delay_s",
+                         ///< "sensor:travel.lag.time_constant_s", "timebase.clock_skew"
+  std::string location;  ///< name of the mass, `location_of` the element or load; `actuator` (`actuator:NAME` where
+                         ///< there are several inputs), `sensor:NAME`, `timebase`
   std::string unit;
   double value = 0;
   double tolerance = default_tolerance;  ///< relative standard deviation of the value
   Range range = {};                      ///< admissible in a file
 };
 
-/// All masses, then all finite law parameters in the order of the file, then what the paths hold beside the ideal.
+/// All masses, then all finite law parameters in the order of the file, then the loads, then what the paths hold beside
+/// the ideal.
 std::vector<PlantParameter> plant_parameters(const Plant& plant);
 /// These know the ideal parameters of the paths too. UserError naming the known ones if there is no such name. The
 /// range is the caller's business: fits may probe.

@@ -279,7 +279,7 @@ class March {
       if (!own.going) continue;
       tell_inputs(lane);
       const double* const x = state(lane, q_, v_, z_);
-      own.motion.outputs(x, x + n_, accelerations(lane, a1_), own.result.outputs.col(column_).data());
+      own.motion.outputs(x, x + n_, x + 2 * n_, accelerations(lane, a1_), own.result.outputs.col(column_).data());
       std::copy_n(x, own.size(), own.result.states.col(column_).data());
     }
     if (tangent_) tangent_->read(first_.motion, column_);

@@ -47,14 +47,14 @@ struct Simulation {
 /// Integrates M q'' = forces(q, q', u) by classical Runge-Kutta of fourth order, the drive held over each interval.
 ///
 /// Drives that are not held (`PlantInput::held`) follow the curve of drive_course.hpp through their samples in every
-/// stage, and the velocity of a displacement drive is its slope; no memory steps. The rest of this paragraph is about
-/// drives that are held.
+/// stage, and the velocity of a displacement drive is its slope; no memory steps. The next paragraph is about drives
+/// that are held.
 ///
-/// Accelerations are those of the equation of motion at the sample itself, not differences of velocities. The velocity
-/// of a displacement drive, which only rate-dependent laws at the drive node see, is (u_k - u_{k-1}) / T over interval
-/// k (0 in the first): the drive's step at t_k spread over the interval that follows. It hands such a damper exactly
-/// the momentum of the step it replaces, needs no future sample, and lags by half an interval. Laws with memory that
-/// know what a step does (`LawMemory::jump`) take it at t_k instead.
+/// Accelerations and the forces of elements are those of the equation of motion at the sample itself, not differences
+/// of velocities. The velocity of a displacement drive, which only rate-dependent laws at the drive node see, is
+/// (u_k - u_{k-1}) / T over interval k (0 in the first): the drive's step at t_k spread over the interval that follows.
+/// It hands such a damper exactly the momentum of the step it replaces, needs no future sample, and lags by half an
+/// interval. Laws with memory that know what a step does (`LawMemory::jump`) take it at t_k instead.
 ///
 /// @param drive m x N at the plant's hold rate, in the units of the inputs.
 /// Statuses: outside_domain with time and element, if in any Runge-Kutta stage a law has left its domain or is no

@@ -31,13 +31,17 @@ Tangent::Tangent(const Plant& plant, const std::vector<Variation>& variations, I
   shares_.resize(coupled_ ? n * n : n, active_);
   inputs_.resize(2 * motion.inputs_.size(), active_);
   applied_.resize(n, active_);
+  loads_.resize(n, active_);
   Size memory_law = 0;
+  int sensed = 0;
   for (Size b = 0; b < motion.branches_.size(); ++b) {
     const Motion::Branch& branch = motion.branches_[b];
     Part part{std::vector<double>(n),
               std::vector<double>(n),
               branch.driven,
               branch.driven_sign,
+              branch.driven_too,
+              -1,
               !branch.modified && branch.first_curved == branch.last_law,
               memory_law,
               {}};
@@ -46,10 +50,13 @@ Tangent::Tangent(const Plant& plant, const std::vector<Variation>& variations, I
     for (const Motion::Weight& weight : motion.weights(static_cast<Index>(branch.from)))
       part.g[static_cast<Size>(weight.mass)] -= weight.value;
     for (Size i = 0; i < n; ++i) part.pull[i] = motion.accelerated(part.g.data(), i);
+    const auto reads = [&](const Motion::SensorPlace& sensor) { return sensor.element == static_cast<Index>(b); };
+    if (std::any_of(motion.sensors_.begin(), motion.sensors_.end(), reads)) part.sensed = sensed++;
     if (part.constant) elements_[b] = {branch.stiffness_n_per_m, branch.damping_ns_per_m, 1, 1};
     memory_law += branch.last_law - branch.first_memory;
     parts_.push_back(std::move(part));
   }
+  for (Rows* rows : {&forces_, &inertances_}) rows->resize(static_cast<Size>(sensed), active_);
   for (Size c = 0; c < active_; ++c) {
     const Variation& variation = variations_[c];
     if (variation.drive.size() > 0) driven_.push_back(c);
@@ -57,6 +64,7 @@ Tangent::Tangent(const Plant& plant, const std::vector<Variation>& variations, I
     for (Size i = 0; i < static_cast<Size>(variation.initial.size()); ++i)
       state_.set(i, c, variation.initial[static_cast<Index>(i)]);
   }
+  applied_ = loads_;
   terms_.resize(term_values_.size(), active_);
   for (Size row = 0; row < term_values_.size(); ++row)
     for (Size c = 0; c < active_; ++c) terms_.set(row, c, term_values_[row][c]);
@@ -91,9 +99,15 @@ void Tangent::add_neighbour(const Plant& plant, const Motion& motion, Size direc
         shares_.set(masses_ * i + j, direction, shares(static_cast<Index>(i), static_cast<Index>(j)));
     masses_change_ = true;
   }
+  if (const Vector change = (there.load_forces() - motion.load_forces()) / step; (change.array() != 0).any()) {
+    loads_change_ = true;
+    for (Size i = 0; i < masses_; ++i) loads_.set(i, direction, change(static_cast<Index>(i)));
+  }
   const Size before = changes_.size();
   for (Size b = 0; b < plant.elements.size(); ++b) {
     const Motion::Branch &branch = motion.branches_[b], &moved = there.branches_[b];
+    if (const int row = parts_[b].sensed; row >= 0)
+      inertances_.set(static_cast<Size>(row), direction, (moved.inertance_kg - branch.inertance_kg) / step);
     const auto same_values = [](const Law& one, const Law& another) { return one.values == another.values; };
     if (std::equal(plant.elements[b].laws.begin(), plant.elements[b].laws.end(), other.elements[b].laws.begin(),
                    same_values))
@@ -139,17 +153,19 @@ void Tangent::step_memories(const Motion& motion, Index k, const double* step, c
       if (memory.jump) {
         double after[max_law_states], there[max_law_states];
         std::copy_n(z + state, states, after);
-        memory.jump(motion.laws_[law].values, branch.driven_sign * step[branch.driven], after);
+        const double driven = Motion::driven_by(branch, step);
+        memory.jump(motion.laws_[law].values, driven, after);
         for (Size c = 0; c < active_; ++c) {
           const Variation& variation = variations_[c];
           const Size neighbour = neighbour_of_[c];
           const Law& own = (neighbour < neighbours_.size() ? neighbours_[neighbour] : motion).laws_[law];
           double change = 0;
           if (variation.drive.size() > 0 && k > 0)
-            change = variation.drive(branch.driven, k) - variation.drive(branch.driven, k - 1);
+            change = Motion::driven_by(branch, variation.drive.col(k).data()) -
+                     Motion::driven_by(branch, variation.drive.col(k - 1).data());
           const Size row = 2 * masses_ + state;
           for (Size i = 0; i < states; ++i) there[i] = z[state + i] + variation.step * state_.get(row + i, c);
-          memory.jump(own.values, branch.driven_sign * (step[branch.driven] + variation.step * change), there);
+          memory.jump(own.values, driven + variation.step * change, there);
           for (Size i = 0; i < states; ++i) state_.set(row + i, c, (there[i] - after[i]) / variation.step);
         }
       }
@@ -160,7 +176,7 @@ void Tangent::step_memories(const Motion& motion, Index k, const double* step, c
 
 void Tangent::set_inputs(const Motion& motion, Index k, bool sampled, double hold_s, double fraction) {
   if (driven_.empty()) return;
-  applied_.clear();
+  applied_ = loads_;
   for (Size i = 0; i < motion.inputs_.size(); ++i) {
     const Motion::Drive& input = motion.inputs_[i];
     for (const Size c : driven_) {
@@ -175,8 +191,8 @@ void Tangent::set_inputs(const Motion& motion, Index k, bool sampled, double hol
         change = piece.value(fraction);
         rate = piece.slope(fraction) / hold_s;
       }
+      inputs_.set(2 * i, c, change);
       if (input.node >= 0) {
-        inputs_.set(2 * i, c, change);
         inputs_.set(2 * i + 1, c, rate);
         continue;
       }
@@ -274,7 +290,7 @@ template <int N>
   } else {
     for (Size i = 0; i < n; ++i) a[i] = 0.0;
   }
-  if (!driven_.empty()) {
+  if (loads_change_ || !driven_.empty()) {
     const Lanes* const applied = applied_.block(four);
     if (coupled_) {
       for (Size i = 0; i < n; ++i)
@@ -299,6 +315,11 @@ template <int N>
       const Lanes* const input = inputs_.block(four) + 2 * part.driven;
       travel += Lanes(part.driven_sign) * input[0];
       rate += Lanes(part.driven_sign) * input[1];
+      if (part.driven_too >= 0) {
+        const Lanes* const other = inputs_.block(four) + 2 * part.driven_too;
+        travel -= Lanes(part.driven_sign) * other[0];
+        rate -= Lanes(part.driven_sign) * other[1];
+      }
     }
     Lanes f = Lanes(slopes.stiffness_n_per_m) * travel + Lanes(slopes.damping_ns_per_m) * rate;
     for (const Term& term : part.terms) f += Lanes(term.factor) * rows[term.row];
@@ -320,6 +341,7 @@ template <int N>
         state += states;
       }
     }
+    if (part.sensed >= 0) forces_.block(four)[part.sensed] = f;
     for (Size i = 0; i < n; ++i) a[i] -= Lanes(part.pull[i]) * f;
   }
 }
@@ -403,9 +425,22 @@ void Tangent::read(const Motion& motion, Index column) {
       }
       return sum;
     };
+    const auto change_of_force = [&](Index element) {
+      const auto b = static_cast<Size>(element);
+      const Part& part = parts_[b];
+      Lanes sum = forces_.block(four)[part.sensed];
+      const Lanes b_change = inertances_.block(four)[part.sensed], inertance = motion.branches_[b].inertance_kg;
+      for (Size i = 0; i < n; ++i)
+        sum += Lanes(part.g[i]) * (b_change * Lanes(accelerations_[i]) + inertance * slope[n + i]);
+      for (Size i = 0; i < motion.inputs_.size(); ++i)
+        if (motion.inputs_[i].inside == element) sum -= inputs_.block(four)[2 * i];
+      return sum;
+    };
     for (Size i = 0; i < motion.sensors_.size(); ++i) {
       const Motion::SensorPlace& sensor = motion.sensors_[i];
-      const Lanes reading = change(sensor.kind, sensor.to) - change(sensor.kind, sensor.from);
+      const Lanes reading = sensor.kind == SensorKind::force
+                                ? change_of_force(sensor.element)
+                                : change(sensor.kind, sensor.to) - change(sensor.kind, sensor.from);
       for (Size lane = 0; lane < Lanes::count && 4 * four + lane < active_; ++lane)
         outputs[4 * four + lane](static_cast<Index>(i), column) = reading[static_cast<int>(lane)];
     }

@@ -86,7 +86,9 @@ class Tangent {
     std::vector<double> g, pull;  // what the travel is made of, one a mass; M^-1 times that
     int driven;
     double driven_sign;
-    bool constant;  // its slopes never change
+    int driven_too;  // with the other sign
+    int sensed;      // row of its force, -1: no sensor reads it
+    bool constant;   // its slopes never change
     std::size_t first_law_slopes;
     std::vector<Term> terms;
   };
@@ -118,15 +120,19 @@ class Tangent {
   std::vector<std::vector<double>> term_values_;  // a row a term, until all neighbours are known
   Rows terms_;                                    // what neighbours change
   Rows own_rate_;                                 // what neighbours change in the rates of memories
-  Rows shares_;                                   // change of a mass's acceleration, per acceleration; where
-                                                  // inerters couple them per that of each, a row a mass
+  Rows loads_;                                    // constant forces on the masses, as far as neighbours change them
+  bool loads_change_ = false;
+  Rows forces_;      // of the elements that force sensors read, at the present stage; without inerters
+  Rows inertances_;  // of these elements
+  Rows shares_;      // change of a mass's acceleration, per acceleration; where
+                     // inerters couple them per that of each, a row a mass
   bool coupled_ = false;
   bool masses_change_ = false;
   std::vector<std::size_t> driven_;  // directions that change the drive
   Rows state_;                       // [q; v; z] at the start of the step
   Rows stage_;                       // [w; a; r] of the stage before: slopes of [q; v; z]
   Rows sum_;                         // weighted sums of these
-  Rows inputs_;                      // [u; u'] of displacements, one each an input
+  Rows inputs_;                      // [u; u'], one each an input; of forces u alone
   Rows applied_;                     // forces on the masses
   std::vector<double> accelerations_;
   std::vector<Motion::ElementSlopes> elements_;

@@ -10,7 +10,7 @@
 #include "core/plant/simulate.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
-#include "variants/effect_build.hpp"
+#include "variants/effect/effects.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
 #include "variants/table.hpp"
 
@@ -151,7 +151,7 @@ TEST_CASE("a mass that no element joins to the ground has a guide, and every law
     Vector base;
     REQUIRE(plant_residual(c.plant, {c.record}, {c.rest}, base));
     for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation)) {
-      if (!candidate.location.starts_with("guide:")) continue;
+      if (!candidate.location.starts_with("guide:") || candidate.effect == "load") continue;
       CAPTURE(c.plant.name, candidate.effect, candidate.location, candidate.form);
       seen.insert(candidate.effect);
       CHECK(c.plant.name != "one_mass");  // its spring stands on the ground
@@ -226,6 +226,68 @@ TEST_CASE("places of laws: all elements, and a guide for each mass that neither 
   Plant joined = c.plant;
   joined.elements.push_back({"post", "wheel", "ground", {{find_law("viscous_damper"), {10}}}});
   CHECK(guided(joined) == Names{"body"});
+}
+
+TEST_CASE("an unknown load is offered on each mass that does not turn, but where it is known or a reading's bias") {
+  const auto offered = [](const Plant& plant) {
+    Operation operation;
+    operation.guides.resize(plant.masses.size());
+    for (ElementOperation& guide : operation.guides) guide.force_rms_n = 100;
+    std::set<std::string> places;
+    for (const EffectCandidate& candidate : make_load({})->candidates(plant, operation)) {
+      CHECK(candidate.plant.loads.size() == plant.loads.size() + 1);
+      CHECK(candidate.plant.loads.back().force_n == get_parameter(candidate.plant, candidate.parameters.front().name));
+      const Json written = to_json(candidate.plant);
+      CHECK(to_json(parse_plant(JsonCursor::from(written, "loaded.json"))) == written);
+      places.insert(candidate.location);
+    }
+    return places;
+  };
+  using Places = std::set<std::string>;
+  const Plant car = plant_from(quarter_car_text);
+  CHECK(offered(car) == Places{"guide:body", "guide:wheel"});
+  CHECK(offered(plant_from(one_mass_text)) == Places{"guide:m"});
+  CHECK(offered(full_car()).count("guide:pitch") == 0);
+  Plant loaded = car;
+  loaded.loads = {{"gravity", "body", -2450}};
+  CHECK(offered(loaded) == Places{"guide:wheel"});
+  // A linear plant whose only reading of a position is the travel: a constant force is that reading's bias. With a
+  // second reading that it shifts in a ratio of its own it is none.
+  Plant linear = car;
+  linear.elements[0].laws = {{find_law("linear_spring"), {18000}}, {find_law("viscous_damper"), {850}}};
+  CHECK(offered(linear).empty());
+  linear.sensors.push_back({"cell", SensorKind::force, "", "", "N", {}, "tyre"});
+  CHECK(offered(linear) == Places{"guide:body"});  // one on the wheel shifts the force of the tyre alone
+  linear.sensors.push_back({"height", SensorKind::displacement, "ground", "wheel", "m"});
+  CHECK(offered(linear) == Places{"guide:body", "guide:wheel"});
+}
+
+TEST_CASE("a damper between two held nodes is a damper, no tyre") {
+  const Plant bench = plant_from(R"({
+    "name": "dynamometer",
+    "inputs": [{"name": "stroke", "kind": "displacement", "unit": "m", "hold_hz": 1000}],
+    "elements": [{"name": "damper", "between": ["ground", "stroke"],
+                  "laws": [{"law": "viscous_damper", "damping_ns_per_m": 900}]}],
+    "sensors": [{"name": "cell", "kind": "force", "element": "damper", "unit": "N"}]})");
+  FitRecord record;
+  record.drive.resize(1, 1000);
+  for (Index k = 0; k < 1000; ++k) record.drive(0, k) = 0.01 * std::sin(0.02 * static_cast<double>(k));
+  record.ratio = 5;
+  record.y = simulate(bench, record.drive, {.decimation = 5}).outputs;
+  record.weight_std = Vector::Ones(1);
+  Operation operation;
+  REQUIRE(operation_of(bench, {record}, {Vector(0)}, operation));
+  std::set<std::string> seen;
+  for (const EffectCandidate& candidate : effect_candidates(bench, operation)) {
+    CAPTURE(candidate.effect, candidate.location, candidate.form);
+    CHECK_FALSE(candidate.effect.starts_with("tyre"));
+    Vector residual;
+    CHECK(plant_residual(candidate.plant, {record}, {Vector(0)}, residual));
+    seen.insert(candidate.effect + "@" + candidate.location);
+  }
+  for (const char* name : {"coulomb_friction@damper", "hysteresis@damper", "damper_asymmetry@damper",
+                           "gain_error@sensor:cell", "bias@sensor:cell"})
+    CHECK(seen.count(name) == 1);
 }
 
 TEST_CASE("the screen finds friction between a mass and the ground, where the plant file has no element") {

@@ -113,6 +113,17 @@ TEST_CASE("Lemma 3: a force missing between two masses, at the tyre or in a sens
   CHECK(places[0].leftover == Approx(1).epsilon(0.2));
 }
 
+TEST_CASE("a law that is missing in an element is found there where a sensor reads its force") {
+  Plant nominal = plant_from(quarter_car_text);
+  nominal.sensors.push_back({"cell", SensorKind::force, "", "", "N", {}, "suspension"});
+  Plant truth = nominal;
+  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.3}});
+  const std::vector<PlaceLeftover> places = places_of(nominal, truth);
+  CHECK(places[0].location == "suspension");
+  CHECK(places[0].leftover < 3);
+  CHECK(places[1].leftover > 2 * places[0].leftover);
+}
+
 TEST_CASE("an effect at a guide is compared with the guide's place, one on a mass with that of its guide") {
   const std::vector<PlaceLeftover> places = {
       {"suspension", {}, 1.5}, {"tyre", {"guide:wheel"}, 3}, {"guide:body", {}, 6}};

@@ -75,6 +75,26 @@ TEST_CASE("parameters moved inside their tolerances are found again, and the mis
   CHECK(model_error.norm() < 0.1 * (m.record.y - m.clean).norm());
 }
 
+TEST_CASE("a damper on a dynamometer, with no mass and no state, is fitted to the force that it was measured with") {
+  const Plant nominal = plant_from(R"({
+    "name": "dynamometer",
+    "inputs": [{"name": "stroke", "kind": "displacement", "unit": "m", "hold_hz": 1000}],
+    "elements": [{"name": "damper", "between": ["ground", "stroke"],
+                  "laws": [{"law": "viscous_damper", "damping_ns_per_m": 900, "tolerance": 0.2}]}],
+    "sensors": [{"name": "cell", "kind": "force", "element": "damper", "unit": "N"}]})");
+  Plant truth = nominal;
+  set_parameter(truth, "damper.viscous_damper.damping_ns_per_m", 1060);
+  const Measurement m = measure(truth, 5, 0.004, 0.01, 515);
+  const auto solver = make_levenberg_marquardt({});
+  const PlantFit bare = fit_plant(nominal, {}, {m.record}, *solver, {10});
+  REQUIRE(bare.error.size() == 1);
+  CHECK(bare.misfit > 10);
+  const PlantFit fit = fit_plant(nominal, tolerance_parameters(nominal), {m.record}, *solver, {10});
+  REQUIRE(fit.error.size() == 1);
+  CHECK(fit.misfit == Approx(1).epsilon(0.15));
+  CHECK(get_parameter(fit.plant, "damper.viscous_damper.damping_ns_per_m") == Approx(1060).epsilon(0.005));
+}
+
 TEST_CASE("a common factor of masses and forces cannot be seen: its posterior is its prior, and its sum stays put") {
   const Plant nominal = plant_from(quarter_car_text);
   const std::vector<FitParameter> all = tolerance_parameters(nominal);

@@ -5,16 +5,13 @@ namespace wheelhop {
 std::shared_ptr<const Effect> make_bias(const EffectOptions&) {
   return effect_family("bias", [](const Plant& plant, const Operation& operation, std::vector<EffectCandidate>& list) {
     for (Index i = 0; i < plant.sensor_count(); ++i) {
-      const std::string place = "sensor:" + plant.sensors[static_cast<std::size_t>(i)].name;
+      const Sensor& sensor = plant.sensors[static_cast<std::size_t>(i)];
+      const std::string place = "sensor:" + sensor.name;
       const double size = 0.1 * operation.output_rms(i);
       if (!(size > 0)) continue;
       list.push_back(with_path(plant, "bias", place, "constant", {{place + ".bias", size, size}}));
       list.back().either_sign = true;
-      const SensorKind kind = plant.sensors[static_cast<std::size_t>(i)].kind;
-      typically(list.back(), "bias",
-                1 * (kind == SensorKind::acceleration ? 0.1
-                     : kind == SensorKind::velocity   ? 0.01
-                                                      : 0.002));
+      if (usual_offset(sensor) > 0) typically(list.back(), "bias", usual_offset(sensor));
     }
   });
 }

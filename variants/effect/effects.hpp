@@ -35,5 +35,6 @@ std::shared_ptr<const Effect> make_added_damping(const EffectOptions&);
 std::shared_ptr<const Effect> make_added_mode(const EffectOptions&);
 std::shared_ptr<const Effect> make_inertance(const EffectOptions&);
 std::shared_ptr<const Effect> make_static_offset(const EffectOptions&);
+std::shared_ptr<const Effect> make_load(const EffectOptions&);
 
 }  // namespace wheelhop

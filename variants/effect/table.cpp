@@ -64,7 +64,9 @@ const std::vector<Entry<EffectPiece>>& effect_table() {
        table_entry<EffectPiece, EffectOptions, make_inertance>("inertance", "M. C. Smith 2002; hydraulic mounts",
                                                                "a mass that only relative motion accelerates"),
        table_entry<EffectPiece, EffectOptions, make_static_offset>("static_offset", "ride height: 5 to 20 mm",
-                                                                   "a spring that works about another point")},
+                                                                   "a spring that works about another point"),
+       table_entry<EffectPiece, EffectOptions, make_load>("load", "weight, payload, preload",
+                                                          "a constant force on a mass that the plant does not know")},
       extra_pieces().effect);
   return table;
 }

@@ -55,6 +55,7 @@ Status nominal_outputs(const Plant& plant, std::vector<FitRecord>& records, Vect
     state_rms = state_rms.cwiseMax(rms(run.states.topRows(n2)));
     start.push_back(run.states.col(0).head(n2));
   }
+  if (n2 == 0) return Status::ok;  // all nodes are held
   // A mass that never moves still needs a scale.
   state_rms = state_rms.cwiseMax(1e-9 + 1e-6 * state_rms.maxCoeff());
   return Status::ok;

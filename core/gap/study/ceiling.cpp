@@ -166,13 +166,13 @@ Ceiling no_ceiling(const std::string& location, const std::string& why_not) {
 Ceiling ceiling_of(const Plant& bare, const std::vector<FitRecord>& fitted, const std::vector<FitRecord>& held_out,
                    const std::string& location, double gap, const CeilingPieces& pieces, const ProfileOptions& noise,
                    Random& random) {
-  std::string from, to;
-  if (!ends_of(bare, location, from, to))
+  ForcePlace place;
+  if (!force_place_of(bare, location, place))
     return no_ceiling(location, "what enters at \"" + location + "\" is no force that a motion could make");
   const PlantFit trained = fit_plant(bare, {}, fitted, pieces.plant_solver, {kIterations, nullptr, false});
   const PlantFit tested = fit_plant(bare, {}, held_out, pieces.plant_solver, {kIterations, nullptr, false});
   if (trained.error.empty() || tested.error.empty()) return no_ceiling(location, "the plant cannot follow the drives");
-  const LinearPlant linear = linearise_with_force(trained, from, to);
+  const LinearPlant linear = linearise_with_force(trained, place);
   if (linear.A.size() == 0) return no_ceiling(location, "no force can act there");
   const ForceReconstruction taught = reconstruct_force(trained, fitted, location);
   ForceReconstruction asked = reconstruct_force(tested, held_out, location);

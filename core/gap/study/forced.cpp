@@ -13,10 +13,10 @@ namespace wheelhop {
 ForcedPlant force_at(const PlantFit& fit, const std::vector<FitRecord>& records, const std::string& location,
                      const std::vector<Vector>& forces) {
   ForcedPlant forced;
-  std::string from, to;
-  ends_of(fit.plant, location, from, to);
-  forced.fit.plant = plant_with_force(fit.plant, from, to);
-  forced.fit.plant.elements.push_back({location + " motion", from, to, {{find_law("linear_spring"), {0}}}});
+  ForcePlace place;
+  force_place_of(fit.plant, location, place);
+  forced.fit.plant = plant_with_force(fit.plant, place);
+  forced.fit.plant.elements.push_back({location + " motion", place.from, place.to, {{find_law("linear_spring"), {0}}}});
   forced.fit.initial_states = fit.initial_states;
   for (std::size_t i = 0; i < records.size(); ++i) {
     FitRecord record = records[i];

@@ -50,10 +50,11 @@ bool enter_alike(const LinearPlant& a, const LinearPlant& b, double highest_hz) 
 
 /// True of an accelerometer that feels a force at a place directly.
 bool feels(const Plant& plant, const std::string& sensor, const std::string& location) {
-  std::string from, to;
-  if (!ends_of(plant, location, from, to)) return false;
+  ForcePlace place;
+  if (!force_place_of(plant, location, place)) return false;
   return std::any_of(plant.sensors.begin(), plant.sensors.end(), [&](const Sensor& own) {
-    return "sensor:" + own.name == sensor && own.kind == SensorKind::acceleration && (own.to == from || own.to == to);
+    return "sensor:" + own.name == sensor && own.kind == SensorKind::acceleration &&
+           (own.to == place.from || own.to == place.to);
   });
 }
 
@@ -66,8 +67,8 @@ std::vector<Entry> all_entries(const PlantFit& fit, const std::vector<FitRecord>
   const auto known = [](const PlaceLeftover& place, const std::string& location) {
     return place.location == location || std::find(place.same.begin(), place.same.end(), location) != place.same.end();
   };
-  const auto add = [&](const std::string& from, const std::string& to, const std::string& location) {
-    Entry entry{{location, {}, 0}, -1, linearise_with_force(fit, from, to)};
+  const auto add = [&](const ForcePlace& place, const std::string& location) {
+    Entry entry{{location, {}, 0}, -1, linearise_with_force(fit, place)};
     if (entry.linear.A.size() == 0) return;
     for (Entry& other : entries)
       if (other.sensor < 0 && enter_alike(entry.linear, other.linear, highest_hz)) {
@@ -78,12 +79,12 @@ std::vector<Entry> all_entries(const PlantFit& fit, const std::vector<FitRecord>
   };
   for (const Element& element : plant.elements) {
     const std::string location = location_of(element);
-    add(element.from, element.to, location);
+    add({element.from, element.to, element.name}, location);
     for (const PlantInput& input : plant.inputs)
       if (!entries.empty() && entries.back().place.location == location && drives(input, element))
         entries.back().place.same.push_back(actuator_of(plant, input));
   }
-  for (const Mass& mass : plant.masses) add("ground", mass.name, kGuide + mass.name);
+  for (const Mass& mass : plant.masses) add({"ground", mass.name}, kGuide + mass.name);
   return entries;
 }
 
@@ -316,9 +317,9 @@ UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& 
     result.band_hz = 0.5 / sample_time_s;
     return result;
   }
-  std::string from, to;
+  ForcePlace place;
   const LinearPlant linear =
-      ends_of(fit.plant, location, from, to) ? linearise_with_force(fit, from, to) : LinearPlant{};
+      force_place_of(fit.plant, location, place) ? linearise_with_force(fit, place) : LinearPlant{};
   if (linear.A.size() == 0) {
     result.message = "no force stands for the place \"" + location + "\"";
     return result;

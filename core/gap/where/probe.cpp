@@ -26,44 +26,46 @@ bool drives(const PlantInput& input, const Element& element) {
   return input.kind == InputKind::displacement && (input.name == element.from || input.name == element.to);
 }
 
-bool ends_of(const Plant& plant, const std::string& location, std::string& from, std::string& to) {
+bool force_place_of(const Plant& plant, const std::string& location, ForcePlace& place) {
   for (const Element& element : plant.elements) {
     const bool driven = std::any_of(plant.inputs.begin(), plant.inputs.end(), [&](const PlantInput& input) {
       return drives(input, element) && actuator_of(plant, input) == location;
     });
     if (location_of(element) != location && !driven) continue;
-    from = element.from;
-    to = element.to;
+    place = {element.from, element.to, element.name};
     return true;
   }
   for (const Mass& mass : plant.masses)
     if (location == kGuide + mass.name) {
-      from = "ground";
-      to = mass.name;
+      place = {"ground", mass.name};
       return true;
     }
   return false;
 }
 
-Plant plant_with_force(const Plant& plant, std::string from, std::string to) {
+Plant plant_with_force(const Plant& plant, ForcePlace place) {
   Plant probed = plant;
-  if (is_displacement_input(plant, from)) from = "ground";
-  if (is_displacement_input(plant, to)) to = "ground";
-  if (from == to) return probed;
+  for (std::string* end : {&place.from, &place.to})
+    if (is_displacement_input(plant, *end)) *end = "ground";
+  const bool read =
+      !place.element.empty() && std::any_of(plant.sensors.begin(), plant.sensors.end(),
+                                            [&](const Sensor& sensor) { return sensor.element == place.element; });
+  if (place.from == place.to && !read) return probed;
   PlantInput force;
-  force.name = "probe between " + from + " and " + to;
+  force.name = "probe between " + place.from + " and " + place.to;
   force.kind = InputKind::force;
   force.unit = "N";
   force.hold_hz = plant.hold_hz();
   force.held = plant.held();
-  force.from = from;
-  force.to = to;
+  force.from = place.from;
+  force.to = place.to;
+  force.inside = place.element;
   probed.inputs.push_back(force);
   return probed;
 }
 
-LinearPlant linearise_with_force(const PlantFit& fit, const std::string& from, const std::string& to) {
-  const Plant probed = plant_with_force(fit.plant, from, to);
+LinearPlant linearise_with_force(const PlantFit& fit, const ForcePlace& place) {
+  const Plant probed = plant_with_force(fit.plant, place);
   if (probed.inputs.size() == fit.plant.inputs.size()) return {};
   if (fit.visited.size() == 0) return linearise(probed);
   const Index m = fit.plant.input_count(), states = fit.visited.rows() - m, K = fit.visited.cols();

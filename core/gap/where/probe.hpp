@@ -13,16 +13,22 @@ namespace wheelhop {
 /// True if a displacement input moves an end of the element.
 bool drives(const PlantInput& input, const Element& element);
 
-/// The ends of the force that a place's name (as of Place) stands for; false if it stands for none.
-bool ends_of(const Plant& plant, const std::string& location, std::string& from, std::string& to);
+/// Where a force acts that stands for an unknown law.
+struct ForcePlace {
+  std::string from, to;
+  std::string element = {};  ///< that has these ends, so that its force sensors read the law; empty for a guide
+};
+
+/// The force that a place's name (as of Place) stands for; false if it stands for none.
+bool force_place_of(const Plant& plant, const std::string& location, ForcePlace& place);
 
 /// The plant with one more input, the last: a force, -u on `from` and +u on `to`. A drive's node stands still for a
-/// force, as the ground does; no input is added where none of the two ends can move.
-Plant plant_with_force(const Plant& plant, std::string from, std::string to);
+/// force, as the ground does; no input is added where none of the two ends can move and no sensor reads the element.
+Plant plant_with_force(const Plant& plant, ForcePlace place);
 
 /// The plant of a fit with that input, linear over the motion that the records led it to, or about rest if that is not
 /// known; empty matrices where no input was added, or it cannot be linearised.
-LinearPlant linearise_with_force(const PlantFit& fit, const std::string& from, const std::string& to);
+LinearPlant linearise_with_force(const PlantFit& fit, const ForcePlace& place);
 
 /// C (i w I - A)^-1 b + d of the last input, p. Not finite where a pole lies there.
 ComplexVector force_response(const LinearPlant& linear, double frequency_hz);

@@ -27,8 +27,9 @@ struct ErrorOf {
   std::string_view effect;  ///< id
 };
 
-/// Parameters of drive and sensor paths, and of laws with a memory, which have no slopes at rest.
-constexpr ErrorOf kNamed[] = {{"mass_kg", "mass_error"},
+/// Masses, loads, parameters of drive and sensor paths, and of laws with a memory, which have no slopes at rest.
+constexpr ErrorOf kNamed[] = {{"load:", "load"},
+                              {"mass_kg", "mass_error"},
                               {".gain", "gain_error"},
                               {".crosstalk", "crosstalk"},
                               {".offset", "bias"},
