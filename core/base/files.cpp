@@ -128,16 +128,21 @@ void write_json(const fs::path& file, const Json& value) {
   write_file(file, value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
+void prove_writable(const fs::path& folder) {
+  const fs::path wanted = folder.empty() ? fs::path(".") : folder;
+  const fs::path probe = temporary_beside(wanted / "probe");
+  const int outcome = write_new_file(probe, "");
+  ::unlink(probe.c_str());
+  if (outcome != 0) fail(wanted, "write into the folder", outcome);
+}
+
 void require_writable_folder(const fs::path& folder) {
   const fs::path wanted = folder.empty() ? fs::path(".") : folder;
   std::error_code error;
   fs::create_directories(wanted, error);
   if (error) fail(wanted, "make the folder", error.value());
   if (!fs::is_directory(wanted, error)) fail(wanted, "make the folder", ENOTDIR);
-  const fs::path probe = temporary_beside(wanted / "probe");
-  const int outcome = write_new_file(probe, "");
-  ::unlink(probe.c_str());
-  if (outcome != 0) fail(wanted, "write into the folder", outcome);
+  prove_writable(wanted);
 }
 
 }  // namespace wheelhop

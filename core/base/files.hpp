@@ -19,6 +19,9 @@ void write_file(const std::filesystem::path& file, const std::string& content);
 /// `write_file` of the JSON with two-space indent and a final newline. Doubles carry 17 significant digits at most.
 void write_json(const std::filesystem::path& file, const Json& value);
 
+/// Proves that files can be made in a folder that exists, by one that is there for a moment. UserError with the reason.
+void prove_writable(const std::filesystem::path& folder);
+
 /// Makes the folder (and its parents) if needed and proves it writable before any computation starts.
 /// UserError if a parent is a file, or writing is not permitted.
 void require_writable_folder(const std::filesystem::path& folder);

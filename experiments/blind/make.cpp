@@ -10,6 +10,7 @@
 #include "core/base/status.hpp"
 #include "experiments/rig/records.hpp"
 #include "experiments/rig/sha256.hpp"
+#include "experiments/run/file_uses.hpp"
 #include "experiments/run/jobs.hpp"
 
 namespace wheelhop {
@@ -72,9 +73,27 @@ bool lies_inside(const fs::path& inner, const fs::path& outer) {
   return std::mismatch(a.begin(), a.end(), b.begin(), b.end()).second == b.end();
 }
 
-void require_empty(const fs::path& folder) {
-  require_writable_folder(folder);
-  if (!fs::is_empty(folder)) throw UserError(folder.string() + ": expected a new or empty folder for the cases");
+bool is_empty_or_absent(const fs::path& folder) {
+  std::error_code error;
+  return !fs::exists(folder, error) || fs::is_empty(folder, error);
+}
+
+/// Cases and keys are made once: a key that is lost opens no cases any more.
+void require_new(const BlindMakeRequest& request) {
+  if (lies_inside(request.key, request.out))
+    throw UserError(request.key.string() + ": expected a folder for the key outside " + request.out.string() +
+                    ", which is handed out");
+  FileUses()
+      .reads_named("CONFIG", request.config)
+      .writes_folder("--out", request.out, {"manifest.json"})
+      .writes_folder("--key", request.key, {"key.json"})
+      .check();
+  if (!is_empty_or_absent(request.out))
+    throw UserError(request.out.string() + ": expected a new or empty folder for the cases");
+  for (const char* name : {"key.json", "truth"})
+    if (fs::exists(request.key / name))
+      throw UserError(fmt::format("{}: expected a folder without a key, found {}; choose another folder for this key",
+                                  request.key.string(), name));
 }
 
 /// Positions of the cases that exist, in an order that tells nothing of their kind.
@@ -102,10 +121,8 @@ void for_all(std::size_t count, const BlindMakeRequest& request, const char* wha
 
 int run_blind_make(const BlindMakeRequest& request) {
   const std::vector<CaseSpec> specs = blind::read_cases(JsonCursor::load(request.config), request.seed);
-  if (lies_inside(request.key, request.out))
-    throw UserError(request.key.string() + ": expected a folder for the key outside " + request.out.string() +
-                    ", which is handed out");
-  require_empty(request.out);
+  require_new(request);
+  require_writable_folder(request.out);
   require_writable_folder(request.key);
 
   std::vector<Prepared> prepared(specs.size());

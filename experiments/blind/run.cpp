@@ -13,6 +13,7 @@
 #include "experiments/blind/score_calibration.hpp"
 #include "experiments/blind/score_key.hpp"
 #include "experiments/diagnose/diagnose.hpp"
+#include "experiments/run/file_uses.hpp"
 #include "experiments/run/jobs.hpp"
 #include "variants/table.hpp"
 
@@ -113,6 +114,11 @@ std::vector<std::string> chosen_cases(const std::vector<std::string>& all, const
 }
 
 int run_blind_run(const BlindRunRequest& request) {
+  FileUses uses;
+  uses.reads("DIR", request.folder).writes_folder("--out", request.out, {"manifest.json", "timing.json"});
+  uses.reads("the manifest in DIR", request.folder / "manifest.json");
+  if (!request.leave_out.empty()) uses.reads("--leave-out", scoring::key_file(request.leave_out));
+  uses.check();
   const std::vector<std::string> cases =
       chosen_cases(find_cases(request.folder), request.cases, request.folder.string());
   const LeftOut left_out = left_out_by(request.leave_out, cases);

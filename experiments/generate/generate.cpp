@@ -11,6 +11,7 @@
 #include "core/plant/dataset.hpp"
 #include "core/plant/road.hpp"
 #include "experiments/generate/config.hpp"
+#include "experiments/run/file_uses.hpp"
 
 #ifndef WHEELHOP_VERSION
 #define WHEELHOP_VERSION "unversioned"
@@ -50,6 +51,10 @@ GroupDrive make_group_drive(const GenerateConfig& config, std::size_t group_inde
 }  // namespace
 
 int run_generate(const GenerateRequest& request) {
+  FileUses()
+      .reads_named("CONFIG", request.config)
+      .writes_folder("--out", request.out, {"plant.json", "provenance.json", "records.json"})
+      .check();
   const JsonCursor cursor = JsonCursor::load(request.config);
   const GenerateConfig config = read_generate_config(cursor);
   require_writable_folder(request.out);

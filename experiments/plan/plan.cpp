@@ -7,6 +7,7 @@
 
 #include "core/base/files.hpp"
 #include "core/gap/evidence/noise_floor.hpp"
+#include "experiments/run/file_uses.hpp"
 #include "experiments/run/provenance.hpp"
 #include "variants/table.hpp"
 
@@ -113,9 +114,12 @@ Json to_json(const Plant& plant, const Plan& plan, const Vector& noise, const st
 }  // namespace
 
 int run_plan(const PlanRequest& request) {
+  FileUses uses;
+  uses.reads_named("--plant", request.plant).reads_named("--records", request.records);
+  if (!request.out.empty()) uses.writes("--out", request.out);
+  uses.check();
   const Plant plant = unquantised(load_plant(request.plant));  // steps of a converter have no slope; noise covers them
   const RecordSet set = load_records(request.records, plant.input_channels(), {}, plant.output_channels());
-  if (!request.out.empty()) require_writable_folder(request.out.parent_path());
   Planned planned = drives_of(plant, set);
   Vector noise;
   std::vector<std::string> assumed;

@@ -4,12 +4,12 @@
 
 #include <cstdio>
 
-#include "core/base/files.hpp"
 #include "core/data/records.hpp"
 #include "core/data/table.hpp"
 #include "core/model/model_file.hpp"
 #include "core/plant/dataset.hpp"
 #include "experiments/identify/study.hpp"
+#include "experiments/run/file_uses.hpp"
 #include "variants/table.hpp"
 
 namespace wheelhop {
@@ -84,13 +84,17 @@ RecordSet load_set(const SimulateRequest& request, const System& system, bool& e
 }  // namespace
 
 int run_simulate(const SimulateRequest& request) {
+  FileUses()
+      .reads_named("SYSTEM", request.system)
+      .reads_named("--records", request.records)
+      .writes("--out", request.out)
+      .check();
   const System system = load_system(request.system);
   bool estimate = false;
   const RecordSet set = load_set(request, system, estimate);
   if (system.model && std::abs(system.model->sampling_hz / set.sampling_hz - 1) > 1e-9)
     throw UserError(fmt::format("{}: $.sampling_hz: expected {} as in {}, found {}", request.records.string(),
                                 system.model->sampling_hz, request.system.string(), set.sampling_hz));
-  require_writable_folder(request.out.parent_path());
   const bool several = set.records.size() > 1;
   Table table;
   if (several) table.names.push_back("record");

@@ -10,6 +10,7 @@
 #include "core/base/files.hpp"
 #include "core/base/status.hpp"
 #include "experiments/compare/compare.hpp"
+#include "experiments/run/file_uses.hpp"
 #include "experiments/run/provenance.hpp"
 #include "experiments/run/statistics.hpp"
 #include "experiments/sweep/cell.hpp"
@@ -188,6 +189,10 @@ int sweep_over(Ranks& ranks, const SweepRequest& request) {
   if (!ranks.first()) return follow(ranks, request);
   bool agreed = false;
   try {
+    FileUses()
+        .reads_named("CONFIG", request.config)
+        .writes_folder("--out", request.out, {"sweep.json", "rows.jsonl", "rows.csv", "table.json", "timing.json"})
+        .check();
     const Shard shard = read_shard(request.shard);
     const Grid grid = read_grid(request.config);
     if (ranks.size() > 1 && (shard.of > 1 || request.jobs > 1))

@@ -3,6 +3,7 @@
 
 #include "tests/support/program.hpp"
 
+using namespace wheelhop;
 using namespace wheelhop::test;
 using Catch::Contains;
 using Catch::StartsWith;
@@ -49,4 +50,36 @@ TEST_CASE("a word that is missing or wrong is told with the help that knows it")
   CHECK(said.lines() == 1);
   CHECK_THAT(said.err, Contains("--x0") && Contains("tomorrow") && Contains("auto,estimate,zero"));
   CHECK(said.out.empty());
+}
+
+TEST_CASE("no command writes over what it reads, or twice into one file: refused before anything is read") {
+  const Folder folder;
+  // None of them is what it should be: a command that read before it looked would say so.
+  for (const char* name : {"mine.plant.json", "r.json", "c.json", "m.json", "d.html", "key.json"})
+    write_file(folder / name, "not JSON");
+  std::filesystem::create_directory(folder / "there");
+  std::filesystem::create_symlink(folder / "mine.plant.json", folder / "link.json");
+  const auto before = folder.names();
+  for (const char* words :
+       {"diagnose --plant mine.plant.json --records r.json --out mine.json",
+        "diagnose --plant mine.plant.json --records r.json --out r.json",
+        "diagnose --plant mine.plant.json --records r.json --out link.json",
+        "diagnose --plant mine.plant.json --records r.json --out d.json --report d.json",
+        "diagnose --plant mine.plant.json --records r.json --out d.json --report there",
+        "diagnose --plant mine.plant.json --records r.json --out d.json --report ./there/../r.json",
+        "diagnose --plant mine.plant.json --records r.json --out nowhere/d.json",
+        "plan --plant mine.plant.json --records r.json --out there/../mine.plant.json",
+        "identify c.json --records r.json --out c.json", "identify c.json --records r.json --out there",
+        "simulate m.json --records r.json --out r.json", "generate c.json --out c.json",
+        "generate ./mine.plant.json --out mine.plant.json/x", "reproduce --config c.json --out r.json --quiet",
+        "sweep c.json --out c.json", "report d.html", "report mine.plant.json --out link.json"}) {
+    CAPTURE(words);
+    const Said said = run_program(words, "-C '" + folder.path().string() + "'");
+    CAPTURE(said.err);
+    CHECK(said.status == 2);
+    CHECK(said.lines() == 1);
+    CHECK_THAT(said.err, Contains("expected") && !Contains("JSON"));
+    CHECK(folder.names() == before);
+    CHECK(read_file(folder / "mine.plant.json") == "not JSON");
+  }
 }
