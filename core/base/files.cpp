@@ -2,12 +2,16 @@
 
 #include <fcntl.h>
 #include <fmt/core.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <cctype>
 #include <cerrno>
+#include <regex>
 #include <system_error>
+#include <vector>
 
 #include "core/base/status.hpp"
 
@@ -17,7 +21,15 @@ namespace fs = std::filesystem;
 namespace {
 
 [[noreturn]] void fail(const fs::path& file, const char* action, int error) {
-  throw UserError(fmt::format("{}: cannot {}: {}", file.string(), action, std::generic_category().message(error)));
+  throw MachineError(fmt::format("{}: cannot {}: {}", file.string(), action, std::generic_category().message(error)));
+}
+
+/// What is not there, or of another kind, is a matter of the name that was given.
+[[noreturn]] void fail_to_read(const fs::path& file, int error) {
+  for (const int of_the_name : {ENOENT, ENOTDIR, EISDIR, ELOOP, ENAMETOOLONG})
+    if (error == of_the_name)
+      throw UserError(fmt::format("{}: cannot read: {}", file.string(), std::generic_category().message(error)));
+  fail(file, "read", error);
 }
 
 /// An open file descriptor that closes itself.
@@ -56,12 +68,23 @@ int write_all(int descriptor, const std::string& content) {
   return 0;
 }
 
-/// Name beside `target` that no other process or thread uses.
-fs::path temporary_beside(const fs::path& target) {
-  static std::atomic<unsigned> counter{0};
-  fs::path result = target;
-  result.replace_filename(fmt::format(".{}.{}.{}.part", target.filename().string(), ::getpid(), counter++));
-  return result;
+/// The machine's name without dots, since numbers of processes mean something on their own machine only.
+std::string machine() {
+  char name[256] = "";
+  if (::gethostname(name, sizeof name - 1) != 0) return "unknown";
+  std::string result = name;
+  for (char& c : result)
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '-';
+  return result.empty() ? "unknown" : result;
+}
+
+/// True for a name that temporary_beside() gave in a process of this machine that has ended.
+bool is_leftover(const std::string& name) {
+  static const std::regex pattern(R"(\..*\.([^.]+)\.([0-9]{1,9})\.[0-9]+\.part)");
+  std::smatch found;
+  if (!std::regex_match(name, found, pattern) || found[1] != machine()) return false;
+  const auto process = static_cast<pid_t>(std::stol(found[2]));
+  return process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
 }
 
 /// Writes and syncs the whole content into a new file; 0 or errno.
@@ -76,12 +99,29 @@ int write_new_file(const fs::path& file, const std::string& content) {
 
 }  // namespace
 
+fs::path temporary_beside(const fs::path& target) {
+  static std::atomic<unsigned> counter{0};
+  // A name may have 255 bytes, whatever is put behind it.
+  const std::string name = target.filename().string().substr(0, 100);
+  fs::path result = target;
+  result.replace_filename(fmt::format(".{}.{}.{}.{}.part", name, machine(), ::getpid(), counter++));
+  return result;
+}
+
+void remove_leftovers(const fs::path& folder) {
+  std::error_code ignored;
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, ignored))
+    if (is_leftover(entry.path().filename().string())) found.push_back(entry.path());
+  for (const fs::path& leftover : found) fs::remove_all(leftover, ignored);
+}
+
 std::string read_file(const fs::path& file) {
   const Descriptor in(file, O_RDONLY);
-  if (!in.is_open()) fail(file, "read", errno);
+  if (!in.is_open()) fail_to_read(file, errno);
   struct stat info {};
-  if (::fstat(in.number(), &info) != 0) fail(file, "read", errno);
-  if (S_ISDIR(info.st_mode)) fail(file, "read", EISDIR);
+  if (::fstat(in.number(), &info) != 0) fail_to_read(file, errno);
+  if (S_ISDIR(info.st_mode)) fail_to_read(file, EISDIR);
   std::string content;
   std::size_t used = 0;
   // The size is a hint only: pipes and /proc files report 0.
@@ -90,7 +130,7 @@ std::string read_file(const fs::path& file) {
     if (used == content.size()) content.resize(2 * content.size() + 4096);
     const ssize_t count = ::read(in.number(), content.data() + used, content.size() - used);
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail(file, "read", errno);
+    if (count < 0) fail_to_read(file, errno);
     if (count == 0) break;
     used += static_cast<std::size_t>(count);
   }

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <matio.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
@@ -176,12 +175,11 @@ void write_mat(const fs::path& file, const Table& table) {
     if (!seen.insert(name).second) fail(file, name, "appears twice");
   }
   // matio writes to a path only: it fills a file beside the target, whose content then goes the way of every file.
-  fs::path part = file;
-  part.replace_filename(fmt::format(".{}.{}.mat.part", file.filename().string(), ::getpid()));
+  const fs::path part = temporary_beside(file);
   std::error_code ignored;
   try {
     if (const int error = write_variables(part, table))
-      throw UserError(fmt::format("{}: cannot write: {}", file.string(), std::generic_category().message(error)));
+      throw MachineError(fmt::format("{}: cannot write: {}", file.string(), std::generic_category().message(error)));
     const std::string content = read_file(part);
     check_elements(content, file);  // a disk that fills up while matio closes its file goes unreported
     write_file(file, content);

@@ -62,6 +62,8 @@ Found find_answer(const fs::path& file, const std::vector<std::string>& left_out
   Json answer;
   try {
     answer = parse_json(read_file(file), file.string());
+  } catch (const MachineError&) {
+    throw;
   } catch (const UserError&) {
     return {};
   }
@@ -74,6 +76,7 @@ Found find_answer(const fs::path& file, const std::vector<std::string>& left_out
   return {true, answer.contains("error")};
 }
 
+/// What a fault of the case ends in is its answer; a fault of the machine is thrown, and leaves none.
 /// @return false where the answer is an error
 bool answer_case(const fs::path& folder, const fs::path& out, const std::vector<std::string>& left_out) {
   try {
@@ -86,6 +89,12 @@ bool answer_case(const fs::path& folder, const fs::path& out, const std::vector<
     write_diagnosis(plant, diagnosis, nullptr, out,
                     {{"left_out", left_out}, {"retuned_plant", retuned.filename().string()}});
     return true;
+  } catch (const MachineError&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw MachineError(folder.string() + ": not enough memory to diagnose it");
+  } catch (const std::system_error&) {
+    throw;
   } catch (const std::exception& error) {
     write_json(out, {{"schema", "wheelhop.diagnosis/1"}, {"error", error.what()}, {"left_out", left_out}});
     return false;
@@ -139,7 +148,7 @@ int run_blind_run(const BlindRunRequest& request) {
   const JobOptions options{request.jobs, "blind run",
                            "answers are kept in " + request.out.string() + "; start the same command again to go on",
                            request.quiet};
-  run_jobs(open.size(), options, [&](std::size_t i) -> std::function<void()> {
+  const Job answer_one = [&](std::size_t i) -> std::function<void()> {
     const std::string& name = open[i];
     const auto start = std::chrono::steady_clock::now();
     const bool answered = answer_case(request.folder / name, request.out / (name + ".json"), left_out.at(name));
@@ -149,7 +158,12 @@ int run_blind_run(const BlindRunRequest& request) {
       timing["case_s"][name] = seconds;
       write_json(timing_file, timing);
     };
-  });
+  };
+  try {
+    run_jobs(open.size(), options, answer_one);
+  } catch (const MachineError& error) {
+    throw MachineError(fmt::format("{}; {}", error.what(), options.go_on));
+  }
   std::vector<double> seconds;
   for (const std::string& name : cases)
     if (timing["case_s"].contains(name)) seconds.push_back(timing["case_s"][name].get<double>());

@@ -39,7 +39,8 @@ void add_blind_run(CLI::App& app, Run& run) {
       ->capture_default_str();
   add_quiet(command, request.quiet);
   command.footer(
-      "A run that was stopped goes on where it was. A case that cannot be diagnosed gets an answer with `error`.\n"
+      "A run that was stopped goes on where it was. A case that cannot be diagnosed gets an answer with `error`; a disk\n"
+      "that is full or too little memory is no answer: it ends the run, and the case is done again.\n"
       "Example:\n  wheelhop blind run out/cases --out out/answers");
 }
 

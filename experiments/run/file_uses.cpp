@@ -159,6 +159,12 @@ void FileUses::check_folder(const Use& use) const {
 void FileUses::check() const {
   for (const Use& folder : folders_) check_folder(folder);
   for (const Use& file : writes_) check_file(file);
+  for (const Use& folder : folders_) {
+    remove_leftovers(folder.path);
+    remove_leftovers(resolved(folder.path).parent_path());  // of the folder itself
+  }
+  for (const Use& file : writes_)
+    if (!file.path.empty() && !is_stream(file.path)) remove_leftovers(resolved(file.path).parent_path());
 }
 
 }  // namespace wheelhop

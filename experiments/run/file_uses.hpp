@@ -28,8 +28,9 @@ class FileUses {
 
   /// UserError naming word and path if a file to write is one that is read or another one to write (also by a link or
   /// by another way to the same place), is a folder, or stands in a folder that is not there or cannot be written to;
-  /// if a folder to write is one that is read, is no folder, or cannot be made or written to. Makes nothing. Devices
-  /// and pipes may be written to more than once.
+  /// if a folder to write is one that is read, is no folder, or cannot be made or written to. Makes nothing, but
+  /// clears the folders of what processes that were killed left half written. Devices and pipes may be written to more
+  /// than once.
   void check() const;
 
  private:

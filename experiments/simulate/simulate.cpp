@@ -73,6 +73,8 @@ RecordSet load_set(const SimulateRequest& request, const System& system, bool& e
   if (request.x0 == "estimate") return load_records(request.records, system.inputs, system.outputs);
   try {
     return load_records(request.records, system.inputs, system.outputs);
+  } catch (const MachineError&) {
+    throw;
   } catch (const UserError& error) {
     RecordSet set = load_records(request.records, system.inputs, {});
     if (!request.quiet) std::fprintf(stderr, "starting from the zero state, outputs are not read: %s\n", error.what());

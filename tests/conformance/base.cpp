@@ -2,7 +2,10 @@
 // that are known. And files: whole or not at all.
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <thread>
@@ -249,6 +252,58 @@ TEST_CASE("a failed write keeps the old file, leaves nothing beside it, and says
   CHECK_THAT(message, Contains("a: cannot write: File too large"));
   CHECK(read_file(folder / "a") == "old");
   CHECK(folder.names() == std::vector<std::string>{"a"});
+}
+
+TEST_CASE("what a process that has ended left half written is removed, and nothing else") {
+  const test::Folder folder;
+  const pid_t child = ::fork();
+  if (child == 0) {
+    write_file(temporary_beside(folder / "a.json"), "half");
+    fs::create_directory(temporary_beside(folder / "set"));
+    write_file(temporary_beside(folder / std::string(250, 'x')), "half");
+    ::_exit(0);
+  }
+  int state = 0;
+  REQUIRE(::waitpid(child, &state, 0) == child);
+  REQUIRE(WEXITSTATUS(state) == 0);
+  REQUIRE(folder.names().size() == 3);
+  const std::string gone = std::to_string(child);
+  const fs::path own = temporary_beside(folder / "a.json");
+  std::vector<std::string> kept = {own.filename(), ".a.json.elsewhere-9." + gone + ".0.part", "a." + gone + ".0.part",
+                                   ".a.json.part", ".hidden"};
+  for (const std::string& name : kept) write_file(folder / name, "kept");
+  remove_leftovers(folder.path());
+  std::sort(kept.begin(), kept.end());
+  CHECK(folder.names() == kept);
+}
+
+TEST_CASE("a fault of the machine is told from one of the name that was given") {
+  const test::Folder folder;
+  CHECK_THROWS_AS(write_file("/dev/full", "x"), MachineError);
+  for (const fs::path& name : {folder / "absent", folder.path(), folder / std::string(300, 'x')}) {
+    CAPTURE(name);
+    bool of_the_name = false;
+    try {
+      read_file(name);
+    } catch (const MachineError&) {
+    } catch (const UserError&) {
+      of_the_name = true;
+    }
+    CHECK(of_the_name);
+  }
+  write_file(folder / "a", "x");
+  struct rlimit before {};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const struct rlimit none = {0, before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &none);
+  bool of_the_machine = false;
+  try {
+    read_file(folder / "a");
+  } catch (const MachineError&) {
+    of_the_machine = true;
+  }
+  setrlimit(RLIMIT_NOFILE, &before);
+  CHECK(of_the_machine);
 }
 
 TEST_CASE("writers of one file at the same time leave one of their versions, whole") {
