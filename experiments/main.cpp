@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <limits>
 #include <new>
 #include <string>
 #include <vector>
 
+#include "core/base/files.hpp"
 #include "core/base/json.hpp"
 #include "core/base/status.hpp"
 #include "experiments/command/command.hpp"
@@ -17,10 +19,19 @@ namespace {
 
 using namespace wheelhop;
 
+constexpr const char* kNoLimits = "--no-limits";
+
+/// Files of any size and packing, and pipes that say nothing for however long.
+void lift_limits() {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  read_limits() = {none, none, none, none};
+}
+
 /// CLI11 would call an unknown command an extra argument, or say that there is none.
 void require_known_command(const CLI::App& app, int count, char** words) {
   if (count < 2) return;
   const std::string word = words[1];
+  if (word == kNoLimits) return require_known_command(app, count - 1, words + 1);
   if (word == "-h" || word == "--help" || word == "--help-all" || word == "--version") return;
   std::vector<std::string> known;
   for (const CLI::App* command : app.get_subcommands({})) known.push_back(command->get_name());
@@ -44,6 +55,9 @@ int run_program(int count, char** words) {
   CLI::App app("wheelhop: vibration dynamics identified from records, and why a simulation and its rig disagree",
                "wheelhop");
   app.require_subcommand(1);
+  app.fallthrough();  // what is said to the program may stand behind the command
+  app.add_flag_callback(kNoLimits, lift_limits,
+                        "read files that unpack to more than their size lets expect, and wait for silent pipes");
   app.set_help_all_flag("--help-all", "help of every command");
   app.set_version_flag("--version", [] {
     const Json facts = provenance();

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/core.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -9,6 +10,8 @@
 #include <atomic>
 #include <cctype>
 #include <cerrno>
+#include <limits>
+#include <new>
 #include <regex>
 #include <system_error>
 #include <vector>
@@ -30,6 +33,28 @@ namespace {
     if (error == of_the_name)
       throw UserError(fmt::format("{}: cannot read: {}", file.string(), std::generic_category().message(error)));
   fail(file, "read", error);
+}
+
+/// MachineError for a file larger than the whole memory: filling it would end other programs first.
+void require_memory(const fs::path& file, off_t size) {
+  const double memory = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
+  if (memory > 0 && static_cast<double>(size) > memory)
+    throw MachineError(fmt::format("{}: cannot read: not enough memory, it has {} bytes and this machine {:.0f}",
+                                   file.string(), size, memory));
+}
+
+/// Waits until a pipe has bytes or its end. UserError after too long a silence.
+void wait_for_bytes(const fs::path& file, int descriptor) {
+  const double silence_s = read_limits().silence_s;
+  const int wait_ms = silence_s < 1e6 ? static_cast<int>(1000 * silence_s) : -1;
+  struct pollfd bytes = {descriptor, POLLIN, 0};
+  int outcome = 0;
+  while ((outcome = ::poll(&bytes, 1, wait_ms)) < 0 && errno == EINTR) {
+  }
+  if (outcome < 0) fail_to_read(file, errno);
+  if (outcome == 0)
+    throw UserError(fmt::format("{}: expected somebody to write into this pipe, found {:g} s of silence; {}",
+                                file.string(), silence_s, how_to_lift));
 }
 
 /// An open file descriptor that closes itself.
@@ -116,23 +141,41 @@ void remove_leftovers(const fs::path& folder) {
   for (const fs::path& leftover : found) fs::remove_all(leftover, ignored);
 }
 
+ReadLimits& read_limits() {
+  static ReadLimits limits;
+  return limits;
+}
+
 std::string read_file(const fs::path& file) {
-  const Descriptor in(file, O_RDONLY);
+  // Without O_NONBLOCK the call would wait for ever for who writes a pipe.
+  const Descriptor in(file, O_RDONLY | O_NONBLOCK);
   if (!in.is_open()) fail_to_read(file, errno);
   struct stat info {};
   if (::fstat(in.number(), &info) != 0) fail_to_read(file, errno);
   if (S_ISDIR(info.st_mode)) fail_to_read(file, EISDIR);
+  const bool pipe = S_ISFIFO(info.st_mode);
+  if (!pipe) ::fcntl(in.number(), F_SETFL, 0);
+  require_memory(file, info.st_size);
+  // The size is a hint only: pipes, devices and /proc files report 0, and then a limit holds.
+  const double most = info.st_size > 0 ? std::numeric_limits<double>::infinity() : read_limits().stream_bytes;
   std::string content;
   std::size_t used = 0;
-  // The size is a hint only: pipes and /proc files report 0.
-  content.resize(static_cast<std::size_t>(info.st_size) + 1);
-  for (;;) {
-    if (used == content.size()) content.resize(2 * content.size() + 4096);
-    const ssize_t count = ::read(in.number(), content.data() + used, content.size() - used);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail_to_read(file, errno);
-    if (count == 0) break;
-    used += static_cast<std::size_t>(count);
+  try {
+    content.resize(static_cast<std::size_t>(info.st_size) + 1);
+    for (;;) {
+      if (used == content.size()) content.resize(2 * content.size() + 4096);
+      if (pipe) wait_for_bytes(file, in.number());
+      const ssize_t count = ::read(in.number(), content.data() + used, content.size() - used);
+      if (count < 0 && (errno == EINTR || errno == EAGAIN)) continue;
+      if (count < 0) fail_to_read(file, errno);
+      if (count == 0) break;
+      used += static_cast<std::size_t>(count);
+      if (static_cast<double>(used) > most)
+        throw UserError(fmt::format("{}: expected at most {:.0f} bytes from a pipe or device, found more; {}",
+                                    file.string(), most, how_to_lift));
+    }
+  } catch (const std::bad_alloc&) {
+    throw MachineError(fmt::format("{}: cannot read: not enough memory after {} bytes", file.string(), used));
   }
   content.resize(used);
   return content;

@@ -9,8 +9,28 @@
 
 namespace wheelhop {
 
-/// Whole content of a file. UserError naming the file if it does not exist or is a folder, MachineError if it cannot be
-/// read.
+/// What reading a file may cost where the size of the file does not say it. Judgements, far above what records of
+/// measurements need; infinite values lift them.
+struct ReadLimits {
+  double stream_bytes = 64.0 * (1 << 20);    ///< most that is taken from a pipe or device, which tells no size
+  double silence_s = 60;                     ///< longest wait for the next bytes of a pipe, or for who writes it
+  double unpacked_ratio = 16;                ///< most bytes that a packed byte may stand for (CSV files: 2 to 10) ...
+  double unpacked_bytes = 64.0 * (1 << 20);  ///< ... beyond so many
+
+  /// Most bytes that a packed file or variable of so many bytes may hold.
+  double unpacked_from(std::size_t packed) const {
+    return unpacked_bytes + unpacked_ratio * static_cast<double>(packed);
+  }
+};
+
+/// Those of this program; to be changed before anything is read.
+ReadLimits& read_limits();
+
+/// What messages add where a limit is met: how to lift it.
+inline constexpr const char* how_to_lift = "if it is meant to be so, start again with --no-limits";
+
+/// Whole content of a file. UserError naming the file if it does not exist, is a folder, or is a pipe or device that
+/// meets a limit; MachineError if it cannot be read, or is larger than the memory.
 std::string read_file(const std::filesystem::path& file);
 
 /// Writes beside the target, fsyncs, renames: readers see the old file or the new one, never a part. The leftover is

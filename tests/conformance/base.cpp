@@ -2,11 +2,13 @@
 // that are known. And files: whole or not at all.
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <fstream>
 #include <thread>
 
@@ -203,6 +205,67 @@ TEST_CASE("reading a file that is not there, or a folder, names it and says why"
   CHECK(read_file(folder / "empty.json").empty());
   CHECK_THROWS_WITH(JsonCursor::load(folder / "empty.json"), Contains("empty.json: line 1, column 1"));
   CHECK_FALSE(read_file("/proc/self/stat").empty());
+}
+
+namespace {
+
+/// Limits of reading as a test needs them, put back at its end.
+struct OtherLimits {
+  explicit OtherLimits(ReadLimits limits) { read_limits() = limits; }
+  ~OtherLimits() { read_limits() = {}; }
+};
+
+}  // namespace
+
+TEST_CASE("a pipe is read to its end however slowly it comes, and a silent one is refused") {
+  const test::Folder folder;
+  const fs::path pipe = folder / "pipe";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  const OtherLimits limits({.stream_bytes = 1e5, .silence_s = 0.3});
+  CHECK_THROWS_WITH(read_file(pipe), Contains("pipe: expected somebody to write") && Contains("--no-limits"));
+  std::string content;
+  {
+    const std::jthread writer([&] {
+      std::ofstream out(pipe);
+      for (int i = 0; i < 6; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        out << i << std::flush;
+      }
+    });
+    content = read_file(pipe);
+  }
+  CHECK(content == "012345");
+}
+
+TEST_CASE("a device or pipe that never ends is left at the limit, and one that ends before is read whole") {
+  const OtherLimits limits({.stream_bytes = 1e5});
+  CHECK_THROWS_WITH(read_file("/dev/zero"), Contains("/dev/zero: expected at most 100000 bytes"));
+  CHECK(read_file("/dev/null").empty());
+  const test::Folder folder;
+  const fs::path pipe = folder / "pipe";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  const auto handler = signal(SIGPIPE, SIG_IGN);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{99999}, std::size_t{100000}, std::size_t{300000}}) {
+    CAPTURE(size);
+    const std::jthread writer([&] { std::ofstream(pipe) << std::string(size, 'x'); });
+    if (size <= 100000)
+      CHECK(read_file(pipe).size() == size);
+    else
+      CHECK_THROWS_AS(read_file(pipe), UserError);
+  }
+  signal(SIGPIPE, handler);
+}
+
+TEST_CASE("a file larger than the memory is refused by name before it is read") {
+  const test::Folder folder;
+  write_file(folder / "huge", "x");
+  std::error_code error;
+  fs::resize_file(folder / "huge", std::uintmax_t{1} << 42, error);
+  if (error) {
+    WARN("skipped: no sparse files here");
+    return;
+  }
+  CHECK_THROWS_WITH(read_file(folder / "huge"), Contains("huge: cannot read: not enough memory"));
 }
 
 TEST_CASE("a write replaces the whole file and leaves nothing beside it") {

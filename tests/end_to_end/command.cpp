@@ -52,6 +52,19 @@ TEST_CASE("a word that is missing or wrong is told with the help that knows it")
   CHECK(said.out.empty());
 }
 
+TEST_CASE("what has no end is not read to its end, and --no-limits may stand before or behind the command") {
+  const Said endless = run_program("decide /dev/zero");
+  CHECK(endless.status == 2);
+  CHECK(endless.lines() == 1);
+  CHECK_THAT(endless.err, Contains("/dev/zero") && Contains("at most") && Contains("--no-limits"));
+  for (const char* words :
+       {"--no-limits decide none.json", "decide --no-limits none.json", "decide none.json --no-limits"}) {
+    const Said said = run_program(words);
+    CHECK(said.status == 2);
+    CHECK_THAT(said.err, StartsWith("wheelhop: none.json: cannot read"));
+  }
+}
+
 TEST_CASE("no command writes over what it reads, or twice into one file: refused before anything is read") {
   const Folder folder;
   // None of them is what it should be: a command that read before it looked would say so.
