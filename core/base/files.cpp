@@ -93,6 +93,16 @@ int write_all(int descriptor, const std::string& content) {
   return 0;
 }
 
+/// A new name survives a power cut only once its folder is on disk; a file system that cannot sync folders is left be.
+void sync_folder(const fs::path& folder) {
+  const Descriptor open(folder.empty() ? fs::path(".") : folder, O_RDONLY | O_DIRECTORY);
+  if (open.is_open()) ::fsync(open.number());
+}
+
+void rename_or_fail(const fs::path& from, const fs::path& to) {
+  if (::rename(from.c_str(), to.c_str()) != 0) fail(to, "write", errno);
+}
+
 /// The machine's name without dots, since numbers of processes mean something on their own machine only.
 std::string machine() {
   char name[256] = "";
@@ -200,15 +210,47 @@ void write_file(const fs::path& file, const std::string& content) {
     ::unlink(part.c_str());
     fail(file, "write", error);
   }
-  // The new name survives a power cut only once the folder is on disk; a file system that cannot sync folders is left
-  // be.
-  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
-  const Descriptor parent(folder, O_RDONLY | O_DIRECTORY);
-  if (parent.is_open()) ::fsync(parent.number());
+  sync_folder(target.parent_path());
 }
 
 void write_json(const fs::path& file, const Json& value) {
   write_file(file, value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+StagedSet::StagedSet(fs::path folder, std::string index) : folder_(std::move(folder)), index_(std::move(index)) {
+  std::error_code ignored;
+  if (!folder_.has_filename()) folder_ = folder_.parent_path();
+  fresh_ = !fs::exists(folder_, ignored);
+  require_writable_folder(fresh_ ? folder_.parent_path() : folder_);
+  aside_ = temporary_beside(fresh_ ? folder_ : folder_ / index_);
+  std::error_code error;
+  fs::create_directory(aside_, error);
+  if (error) fail(aside_, "make the folder", error.value());
+}
+
+StagedSet::~StagedSet() {
+  std::error_code ignored;
+  fs::remove_all(aside_, ignored);
+}
+
+void StagedSet::publish(const std::vector<std::string>& replaced, const std::string& first) {
+  if (fresh_) {
+    if (::rename(aside_.c_str(), folder_.c_str()) == 0) return sync_folder(folder_.parent_path());
+    if (errno != EEXIST && errno != ENOTEMPTY) fail(folder_, "write", errno);  // else it has been made meanwhile
+  }
+  std::error_code error;
+  fs::remove(folder_ / index_, error);
+  if (error) fail(folder_ / index_, "remove", error.value());
+  sync_folder(folder_);
+  for (const std::string& name : replaced) fs::remove(folder_ / name, error);
+  if (!first.empty()) rename_or_fail(aside_ / first, folder_ / first);
+  std::vector<fs::path> names;
+  for (const auto& entry : fs::directory_iterator(aside_)) names.push_back(entry.path().filename());
+  for (const fs::path& name : names)
+    if (name != index_) rename_or_fail(aside_ / name, folder_ / name);
+  sync_folder(folder_);
+  rename_or_fail(aside_ / index_, folder_ / index_);
+  sync_folder(folder_);
 }
 
 void prove_writable(const fs::path& folder) {

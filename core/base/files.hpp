@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "core/base/json.hpp"
 
@@ -46,6 +47,29 @@ std::filesystem::path temporary_beside(const std::filesystem::path& target);
 
 /// Removes from a folder what has such a name and belonged to a process of this machine that has ended.
 void remove_leftovers(const std::filesystem::path& folder);
+
+/// Files that appear in a folder together or not at all, whenever the process ends. They are written aside and put into
+/// place by publish(): a folder that was not there by one renaming, one that was there with its index, the file by
+/// which the set is found, taken away first and put back last. So who finds the index finds one set whole.
+class StagedSet {
+ public:
+  /// Makes what is above the folder if needed. MachineError if it cannot be written to.
+  StagedSet(std::filesystem::path folder, std::string index);
+  ~StagedSet();  ///< removes what was not published
+  StagedSet(const StagedSet&) = delete;
+  StagedSet& operator=(const StagedSet&) = delete;
+
+  const std::filesystem::path& path() const { return aside_; }  ///< where to write, an empty folder
+
+  /// @param replaced files of an earlier set, relative to the folder, to be removed. Others that stand there stay.
+  /// @param first file that is put into place before the others: the one that tells the next call what to replace
+  void publish(const std::vector<std::string>& replaced = {}, const std::string& first = "");
+
+ private:
+  std::filesystem::path folder_, aside_;
+  std::string index_;
+  bool fresh_;  ///< the folder was not there
+};
 
 /// Proves that files can be made in a folder that exists, by one that is there for a moment. UserError with the reason.
 void prove_writable(const std::filesystem::path& folder);

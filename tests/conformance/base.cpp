@@ -16,6 +16,7 @@
 #include "core/base/json.hpp"
 #include "core/base/options.hpp"
 #include "core/base/place.hpp"
+#include "core/base/random.hpp"
 #include "core/base/status.hpp"
 #include "tests/support/folder.hpp"
 
@@ -315,6 +316,62 @@ TEST_CASE("a failed write keeps the old file, leaves nothing beside it, and says
   CHECK_THAT(message, Contains("a: cannot write: File too large"));
   CHECK(read_file(folder / "a") == "old");
   CHECK(folder.names() == std::vector<std::string>{"a"});
+}
+
+TEST_CASE("a set of files that is killed while it is put into place is whole or not there, never mixed") {
+  const test::Folder folder;
+  const fs::path place = folder / "set";
+  constexpr int files = 6;
+  const auto publish = [&](int number) {
+    StagedSet set(place, "index");
+    for (int i = 0; i < files; ++i) write_file(set.path() / ("f" + std::to_string(i)), std::to_string(number));
+    write_file(set.path() / "index", std::to_string(number));
+    set.publish({"old"});
+  };
+  // Kills fall at all times of two sets, however fast the disk is.
+  const auto start = std::chrono::steady_clock::now();
+  publish(-1);
+  const double once_us = std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
+  Random random(5, Stream::parameters);
+  int found = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    if (trial % 10 == 0) fs::remove_all(place);
+    const pid_t child = ::fork();
+    if (child == 0)
+      for (int number = 1000 * trial;; ++number) publish(number);
+    ::usleep(static_cast<useconds_t>(2.5 * once_us * random.uniform()));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    CAPTURE(trial);
+    if (!fs::exists(place / "index")) continue;
+    ++found;
+    const std::string number = read_file(place / "index");
+    for (int i = 0; i < files; ++i) CHECK(read_file(place / ("f" + std::to_string(i))) == number);
+  }
+  CHECK(found > 10);
+  publish(-1);
+  CHECK(read_file(place / "f0") == "-1");
+  remove_leftovers(place);
+  remove_leftovers(folder.path());
+  CHECK(folder.names() == std::vector<std::string>{"set"});
+  CHECK(std::distance(fs::directory_iterator(place), fs::directory_iterator()) == files + 1);
+}
+
+TEST_CASE("a set of files leaves what else stands in its folder, and nothing of a set that was given up") {
+  const test::Folder folder;
+  write_file(folder / "mine", "kept");
+  write_file(folder / "old", "of an earlier set");
+  {
+    StagedSet set(folder.path(), "index");
+    write_file(set.path() / "index", "half");
+  }
+  CHECK(folder.names() == std::vector<std::string>{"mine", "old"});
+  StagedSet set(folder.path(), "index");
+  write_file(set.path() / "index", "whole");
+  set.publish({"old"});
+  CHECK(read_file(folder / "index") == "whole");
+  CHECK(read_file(folder / "mine") == "kept");
+  CHECK_FALSE(fs::exists(folder / "old"));
 }
 
 TEST_CASE("what a process that has ended left half written is removed, and nothing else") {
