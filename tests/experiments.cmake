@@ -4,6 +4,7 @@ wheelhop_tests(experiments wheelhop_experiments
   conformance/piece_tables.cpp
   conformance/diagnosis_file.cpp
   conformance/file_uses.cpp
+  conformance/input_checks.cpp
   conformance/model_file.cpp
   lemma/blind_score.cpp
   end_to_end/generate.cpp

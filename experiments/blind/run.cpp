@@ -14,6 +14,7 @@
 #include "experiments/blind/score_key.hpp"
 #include "experiments/diagnose/diagnose.hpp"
 #include "experiments/run/file_uses.hpp"
+#include "experiments/run/input_checks.hpp"
 #include "experiments/run/jobs.hpp"
 #include "variants/table.hpp"
 
@@ -80,8 +81,10 @@ Found find_answer(const fs::path& file, const std::vector<std::string>& left_out
 /// @return false where the answer is an error
 bool answer_case(const fs::path& folder, const fs::path& out, const std::vector<std::string>& left_out) {
   try {
-    const Plant plant = load_plant(folder / "plant.json");
+    const Plant plant = load_acting_plant(folder / "plant.json");
     const RecordSet set = load_records(folder / "records.json", plant.input_channels(), plant.output_channels());
+    require_sound_records(set, folder / "records.json");
+    require_held_out(set, folder / "records.json");
     const Diagnosis diagnosis = diagnose_records(plant, set, catalogue_without(left_out));
     fs::path retuned = out;
     write_json(retuned.replace_extension(".retuned.json"), to_json(diagnosis.retuned_plant));

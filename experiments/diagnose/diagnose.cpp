@@ -11,6 +11,7 @@
 #include "experiments/diagnose/report.hpp"
 #include "experiments/report/render.hpp"
 #include "experiments/run/file_uses.hpp"
+#include "experiments/run/input_checks.hpp"
 #include "experiments/run/jobs.hpp"
 #include "variants/nonlinearity/mlp.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
@@ -94,8 +95,10 @@ int run_diagnose(const DiagnoseRequest& request) {
   if (!request.report.empty())
     uses.writes("--report", request.report).writes("the figures' data beside --out", figures_beside(request.out));
   uses.check();
-  const Plant plant = load_plant(request.plant);
+  const Plant plant = load_acting_plant(request.plant);
   const RecordSet set = load_records(request.records, plant.input_channels(), plant.output_channels());
+  require_sound_records(set, request.records);
+  require_held_out(set, request.records);
   const auto step = [&](const std::string& what) {
     if (!request.quiet) std::fprintf(stderr, "diagnose: %s\n", what.c_str());
   };

@@ -8,6 +8,7 @@
 #include "core/base/files.hpp"
 #include "core/gap/evidence/noise_floor.hpp"
 #include "experiments/run/file_uses.hpp"
+#include "experiments/run/input_checks.hpp"
 #include "experiments/run/provenance.hpp"
 #include "variants/table.hpp"
 
@@ -118,8 +119,10 @@ int run_plan(const PlanRequest& request) {
   uses.reads_named("--plant", request.plant).reads_named("--records", request.records);
   if (!request.out.empty()) uses.writes("--out", request.out);
   uses.check();
-  const Plant plant = unquantised(load_plant(request.plant));  // steps of a converter have no slope; noise covers them
+  const Plant plant =
+      unquantised(load_acting_plant(request.plant));  // steps of a converter have no slope; noise covers them
   const RecordSet set = load_records(request.records, plant.input_channels(), {}, plant.output_channels());
+  require_sound_records(set, request.records);
   Planned planned = drives_of(plant, set);
   Vector noise;
   std::vector<std::string> assumed;

@@ -10,6 +10,7 @@
 #include "core/plant/dataset.hpp"
 #include "experiments/identify/study.hpp"
 #include "experiments/run/file_uses.hpp"
+#include "experiments/run/input_checks.hpp"
 #include "variants/table.hpp"
 
 namespace wheelhop {
@@ -26,7 +27,7 @@ System load_system(const std::filesystem::path& file) {
   System system;
   const JsonCursor cursor = JsonCursor::load(file);
   if (!cursor.is_object() || !cursor.raw().contains("schema")) {
-    system.plant = parse_plant(cursor);
+    system.plant = require_acting_inputs(parse_plant(cursor), cursor.where());
     system.inputs = system.plant.input_channels();
     system.outputs = system.plant.output_channels();
     return system;
@@ -94,6 +95,7 @@ int run_simulate(const SimulateRequest& request) {
   const System system = load_system(request.system);
   bool estimate = false;
   const RecordSet set = load_set(request, system, estimate);
+  require_sound_records(set, request.records);
   if (system.model && std::abs(system.model->sampling_hz / set.sampling_hz - 1) > 1e-9)
     throw UserError(fmt::format("{}: $.sampling_hz: expected {} as in {}, found {}", request.records.string(),
                                 system.model->sampling_hz, request.system.string(), set.sampling_hz));

@@ -96,3 +96,14 @@ TEST_CASE("no command writes over what it reads, or twice into one file: refused
     CHECK(read_file(folder / "mine.plant.json") == "not JSON");
   }
 }
+
+TEST_CASE("a seed that is no whole number from 0 on is refused, not wrapped") {
+  for (const char* command : {"blind make c.json --out a --key b", "reproduce --out a"})
+    for (const char* seed : {"-1", "-9223372036854775808", "1.5", "one"}) {
+      CAPTURE(command, seed);
+      const Said said = run_program(std::string(command) + " --seed=" + seed);
+      CHECK(said.status == 2);
+      CHECK(said.lines() == 1);
+      CHECK_THAT(said.err, Contains("--seed"));
+    }
+}
