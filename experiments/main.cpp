@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <limits>
 #include <new>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "core/base/files.hpp"
@@ -13,6 +15,8 @@
 #include "core/base/status.hpp"
 #include "experiments/command/command.hpp"
 #include "experiments/run/provenance.hpp"
+#include "experiments/run/standard_output.hpp"
+#include "experiments/run/stop.hpp"
 #include "variants/extra.hpp"
 
 namespace {
@@ -95,13 +99,17 @@ int run_program(int count, char** words) {
   } catch (const CLI::ParseError& error) {
     throw UserError(std::string(error.what()) + " (" + understood(app) + " --help)");
   }
-  return run();
+  say_when_stopped("no file is left half written; start the same command again");
+  const int status = run();
+  finish_standard_output();
+  return status;
 }
 
 }  // namespace
 
 int main(int count, char** words) {
   try {
+    wheelhop::keep_standard_streams();
     wheelhop::add_extra_pieces();
     return run_program(count, words);
   } catch (const wheelhop::UserError& error) {
@@ -110,6 +118,14 @@ int main(int count, char** words) {
   } catch (const std::bad_alloc&) {
     std::fputs("wheelhop: not enough memory\n", stderr);
     return 1;
+  } catch (const std::filesystem::filesystem_error& error) {  // of a name that was given
+    std::fprintf(stderr, "wheelhop: %s: %s\n", error.path1().c_str(), error.code().message().c_str());
+    return 2;
+  } catch (const std::system_error& error) {
+    const bool printing = std::ferror(stdout) != 0;
+    std::fprintf(stderr, "wheelhop: %s: %s\n", printing ? "stdout: cannot write" : "failed",
+                 printing ? error.code().message().c_str() : error.what());
+    return printing ? 2 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "wheelhop: failed: %s\n", error.what());
     return 1;

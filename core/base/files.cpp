@@ -122,11 +122,18 @@ bool is_leftover(const std::string& name) {
   return process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
 }
 
-/// Writes and syncs the whole content into a new file; 0 or errno.
-int write_new_file(const fs::path& file, const std::string& content) {
+/// Writes and syncs the whole content into a new file; 0 or errno. @param like file whose mode and, where this is
+/// permitted, owner the new one gets, if it is there
+int write_new_file(const fs::path& file, const std::string& content, const fs::path& like = {}) {
   Descriptor out(file, O_WRONLY | O_CREAT | O_TRUNC);
   if (!out.is_open()) return errno;
   int error = write_all(out.number(), content);
+  struct stat old {};
+  if (!like.empty() && ::stat(like.c_str(), &old) == 0) {
+    const bool owned = ::fchown(out.number(), old.st_uid, old.st_gid) == 0;
+    // Whose group could not be kept must not read by its rights.
+    if (::fchmod(out.number(), old.st_mode & (owned ? 07777 : 0707)) != 0 && error == 0) error = errno;
+  }
   if (error == 0 && ::fsync(out.number()) != 0) error = errno;
   const int closing = out.close();
   return error != 0 ? error : closing;
@@ -204,7 +211,7 @@ void write_file(const fs::path& file, const std::string& content) {
     return;
   }
   const fs::path part = temporary_beside(target);
-  int error = write_new_file(part, content);
+  int error = write_new_file(part, content, target);
   if (error == 0 && ::rename(part.c_str(), target.c_str()) != 0) error = errno;
   if (error != 0) {
     ::unlink(part.c_str());

@@ -34,8 +34,9 @@ inline constexpr const char* how_to_lift = "if it is meant to be so, start again
 /// meets a limit; MachineError if it cannot be read, or is larger than the memory.
 std::string read_file(const std::filesystem::path& file);
 
-/// Writes beside the target, fsyncs, renames: readers see the old file or the new one, never a part. The leftover is
-/// removed on failure (disk full, not writable), which throws MachineError naming file and reason.
+/// Writes beside the target, fsyncs, renames: readers see the old file or the new one, never a part. The new one has
+/// the mode and, as far as that is permitted, the owner of the old one. The leftover is removed on failure (disk full,
+/// not writable), which throws MachineError naming file and reason.
 void write_file(const std::filesystem::path& file, const std::string& content);
 
 /// `write_file` of the JSON with two-space indent and a final newline. Doubles carry 17 significant digits at most.

@@ -224,7 +224,10 @@ bool JsonCursor::boolean() const {
 
 std::string JsonCursor::string() const {
   if (!value_->is_string()) fail("a string");
-  return value_->get<std::string>();
+  std::string result = value_->get<std::string>();
+  // Names of files and channels go through functions that end at the first zero.
+  if (result.find('\0') != std::string::npos) fail("a string without the character NUL");
+  return result;
 }
 
 std::vector<double> JsonCursor::numbers() const {

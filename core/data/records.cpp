@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
+#include <string_view>
 
 #include "core/base/files.hpp"
 #include "core/base/json.hpp"
@@ -209,8 +210,14 @@ RecordSet load_records(const fs::path& file, const std::vector<Channel>& inputs,
   const std::vector<JsonCursor> items = list.items();
   if (items.empty()) list.fail("at least one record");
   Tables tables(cursor.directory(), inputs, outputs);
-  for (const JsonCursor& item : items)
-    set.records.push_back(read_record(item, set.sampling_hz, inputs, outputs, tables));
+  for (const JsonCursor& item : items) try {
+      set.records.push_back(read_record(item, set.sampling_hz, inputs, outputs, tables));
+    } catch (const MachineError&) {
+      throw;
+    } catch (const UserError& error) {
+      if (std::string_view(error.what()).starts_with(item.where())) throw;
+      throw UserError(fmt::format("{}.file: {}", item.where(), error.what()));
+    }
   if (noise) {
     std::vector<std::string> known = tables.channel_names();
     for (const Channel& channel : planned) known.push_back(channel.name);

@@ -47,6 +47,8 @@ Table read_table(const std::filesystem::path& file, const std::vector<std::strin
   }
 }
 
+void require_table_name(const std::filesystem::path& file) { format_of(file); }
+
 void write_table(const std::filesystem::path& file, const Table& table) {
   const Format format = format_of(file);
   check_finite(file, table);

@@ -85,7 +85,9 @@ bool answer_case(const fs::path& folder, const fs::path& out, const std::vector<
     const RecordSet set = load_records(folder / "records.json", plant.input_channels(), plant.output_channels());
     require_sound_records(set, folder / "records.json");
     require_held_out(set, folder / "records.json");
-    const Diagnosis diagnosis = diagnose_records(plant, set, catalogue_without(left_out));
+    require_hold_rate(plant, set, folder / "records.json");
+    const Diagnosis diagnosis = at_records(set, folder / "records.json",
+                                           [&] { return diagnose_records(plant, set, catalogue_without(left_out)); });
     fs::path retuned = out;
     write_json(retuned.replace_extension(".retuned.json"), to_json(diagnosis.retuned_plant));
     // The answer last: where it stands, everything does.

@@ -229,14 +229,12 @@ Json decided_claims(const Grid& grid, const RowIndex& rows, Index realisations) 
 }
 
 int run_compare(const CompareRequest& request) {
+  const SweepFolder folder = read_folder(request.folder);
   const std::filesystem::path out = request.out.empty() ? request.folder / "compare.json" : request.out;
   FileUses uses;
   uses.reads("the sweep in DIR", request.folder / "sweep.json").writes("--out", out);
-  std::error_code ignored;
-  if (std::filesystem::is_directory(request.folder, ignored))
-    for (const std::filesystem::path& rows : row_files(request.folder, "rows")) uses.reads("the rows in DIR", rows);
+  for (const std::filesystem::path& rows : row_files(request.folder, "rows")) uses.reads("the rows in DIR", rows);
   uses.check();
-  const SweepFolder folder = read_folder(request.folder);
   const FileLock still = hold_rows(request.folder);
   const RowIndex rows(request.folder, [&](const Json& row) { return is_row_of(folder.grid, row); });
   if (rows.size() == 0) throw UserError(request.folder.string() + ": expected rows of a sweep, found none");

@@ -99,10 +99,12 @@ int run_diagnose(const DiagnoseRequest& request) {
   const RecordSet set = load_records(request.records, plant.input_channels(), plant.output_channels());
   require_sound_records(set, request.records);
   require_held_out(set, request.records);
+  require_hold_rate(plant, set, request.records);
   const auto step = [&](const std::string& what) {
     if (!request.quiet) std::fprintf(stderr, "diagnose: %s\n", what.c_str());
   };
-  const Diagnosis diagnosis = diagnose_records(plant, set, effect_candidates, step);
+  const Diagnosis diagnosis =
+      at_records(set, request.records, [&] { return diagnose_records(plant, set, effect_candidates, step); });
   if (diagnosis.status != Status::ok) {
     write_diagnosis(plant, diagnosis, nullptr, request.out);
     std::fprintf(stderr, "wheelhop: %s\n", diagnosis.verdict.message.c_str());

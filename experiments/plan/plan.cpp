@@ -10,6 +10,7 @@
 #include "experiments/run/file_uses.hpp"
 #include "experiments/run/input_checks.hpp"
 #include "experiments/run/provenance.hpp"
+#include "experiments/run/standard_output.hpp"
 #include "variants/table.hpp"
 
 namespace wheelhop {
@@ -117,18 +118,24 @@ Json to_json(const Plant& plant, const Plan& plan, const Vector& noise, const st
 int run_plan(const PlanRequest& request) {
   FileUses uses;
   uses.reads_named("--plant", request.plant).reads_named("--records", request.records);
-  if (!request.out.empty()) uses.writes("--out", request.out);
+  if (!request.out.empty())
+    uses.writes("--out", request.out);
+  else
+    require_standard_output();
   uses.check();
   const Plant plant =
       unquantised(load_acting_plant(request.plant));  // steps of a converter have no slope; noise covers them
   const RecordSet set = load_records(request.records, plant.input_channels(), {}, plant.output_channels());
   require_sound_records(set, request.records);
-  Planned planned = drives_of(plant, set);
+  require_hold_rate(plant, set, request.records);
+  Planned planned = at_records(set, request.records, [&] { return drives_of(plant, set); });
   Vector noise;
   std::vector<std::string> assumed;
   std::string message;
   Plan plan;
-  plan.status = plan_noise(plant, planned.records, set.noise_std, noise, assumed, plan.message);
+  plan.status = at_records(set, request.records, [&] {
+    return plan_noise(plant, planned.records, set.noise_std, noise, assumed, plan.message);
+  });
   if (plan.status == Status::ok) {
     for (FitRecord& record : planned.records) record.weight_std = record.weight_std.cwiseProduct(noise).eval();
     Operation operation;

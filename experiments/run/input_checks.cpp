@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <system_error>
 
-#include "core/base/status.hpp"
 #include "core/data/table.hpp"
+#include "core/plant/dataset.hpp"
 
 namespace wheelhop {
 namespace {
@@ -97,6 +98,29 @@ void require_sound_records(const RecordSet& set, const fs::path& file) {
     require_squares(record.signal.y, record.signal.outputs, record, where, folder / record.file);
   }
   require_noise(set, file);
+}
+
+void require_hold_rate(const Plant& plant, const RecordSet& set, const fs::path& file) {
+  try {
+    hold_samples_per_record_sample(plant, set.sampling_hz);
+  } catch (const UserError& error) {
+    throw UserError(fmt::format("{}: $.sampling_hz: {}", file.string(), error.what()));
+  }
+}
+
+UserError placed_in_records(const UserError& error, const RecordSet& set, const fs::path& file) {
+  const std::string_view what = error.what();
+  // A message begins with the name of its record, if it is about one; a longer name may begin with a shorter one.
+  std::size_t best = set.records.size();
+  for (std::size_t i = 0; i < set.records.size(); ++i)
+    if (what.starts_with(set.records[i].file) &&
+        (best == set.records.size() || set.records[i].file.size() > set.records[best].file.size()))
+      best = i;
+  if (best < set.records.size()) return UserError(fmt::format("{}: $.records[{}]: {}", file.string(), best, what));
+  constexpr std::string_view noise = "noise_std: ";
+  if (what.starts_with(noise))
+    return UserError(fmt::format("{}: $.noise_std: {}", file.string(), what.substr(noise.size())));
+  return UserError(fmt::format("{}: $.records: {}", file.string(), what));
 }
 
 void require_held_out(const RecordSet& set, const fs::path& file) {

@@ -92,10 +92,12 @@ int run_simulate(const SimulateRequest& request) {
       .reads_named("--records", request.records)
       .writes("--out", request.out)
       .check();
+  require_table_name(request.out);
   const System system = load_system(request.system);
   bool estimate = false;
   const RecordSet set = load_set(request, system, estimate);
   require_sound_records(set, request.records);
+  if (!system.model) require_hold_rate(system.plant, set, request.records);
   if (system.model && std::abs(system.model->sampling_hz / set.sampling_hz - 1) > 1e-9)
     throw UserError(fmt::format("{}: $.sampling_hz: expected {} as in {}, found {}", request.records.string(),
                                 system.model->sampling_hz, request.system.string(), set.sampling_hz));

@@ -12,6 +12,7 @@
 #include "experiments/compare/compare.hpp"
 #include "experiments/run/file_uses.hpp"
 #include "experiments/run/provenance.hpp"
+#include "experiments/run/standard_output.hpp"
 #include "experiments/run/statistics.hpp"
 #include "experiments/sweep/cell.hpp"
 #include "experiments/sweep/folder.hpp"
@@ -216,6 +217,7 @@ int sweep_over(Ranks& ranks, const SweepRequest& request) {
 }  // namespace
 
 int run_sweep(const SweepRequest& request) {
+  if (!request.recompute.empty() || request.dry_run) require_standard_output();
   if (!request.recompute.empty()) return recompute(request);
   if (request.config.empty()) throw UserError("sweep: expected a CONFIG (wheelhop sweep --help)");
   if (request.dry_run) return dry_run(read_grid(request.config), request);

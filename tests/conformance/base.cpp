@@ -107,6 +107,12 @@ TEST_CASE("a wrong value is named with its path, what was expected and what was 
   CHECK_THROWS_WITH(c.at("n").boolean(), Contains("expected true or false"));
 }
 
+TEST_CASE("a name that holds a NUL is refused by its place, wherever the NUL stands") {
+  for (const char* text : {R"({"file": "\u0000"})", R"({"file": "a\u0000.csv"})", R"({"file": "a.csv\u0000"})"})
+    CHECK_THROWS_WITH(cursor(text).at("file").string(), Contains("f.json: $.file: expected a string without"));
+  CHECK(cursor(R"({"file": "a\\u0000"})").at("file").string() == "a\\u0000");
+}
+
 TEST_CASE("whole numbers are read exactly and refused beyond their range") {
   CHECK(cursor("9223372036854775807").integer() == std::numeric_limits<Index>::max());
   CHECK(cursor("-9223372036854775808").integer() == std::numeric_limits<Index>::min());
@@ -279,6 +285,26 @@ TEST_CASE("a write replaces the whole file and leaves nothing beside it") {
   write_json(folder / "b.json", Json{{"x", 0.1}});
   CHECK(read_file(folder / "b.json") == "{\n  \"x\": 0.1\n}\n");
   CHECK(JsonCursor::load(folder / "b.json").directory() == folder.path());
+}
+
+TEST_CASE("a file that is replaced keeps its mode, and a new one has the usual") {
+  const test::Folder folder;
+  Random random(51, Stream::parameters);
+  write_file(folder / "new", "x");
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  struct stat info {};
+  REQUIRE(::stat((folder / "new").c_str(), &info) == 0);
+  CHECK((info.st_mode & 07777) == (0666 & ~mask));
+  for (int trial = 0; trial < 50; ++trial) {
+    const auto mode = static_cast<mode_t>(0400 + random.integer(0400));
+    REQUIRE(::chmod((folder / "new").c_str(), mode) == 0);
+    write_file(folder / "new", std::to_string(trial));
+    REQUIRE(::stat((folder / "new").c_str(), &info) == 0);
+    CAPTURE(trial, mode);
+    CHECK((info.st_mode & 07777) == mode);
+    CHECK(read_file(folder / "new") == std::to_string(trial));
+  }
 }
 
 TEST_CASE("a link is written through, not replaced") {

@@ -134,3 +134,33 @@ TEST_CASE("a validation record is refused exactly where it shares samples with a
   CHECK(refused > 50);
   CHECK(refused < 250);
 }
+
+TEST_CASE("what is said of records is told with the file and the place in it") {
+  Random random(44, Stream::noise);
+  RecordSet set = random_set(random, 3);
+  set.records[2].file = "r0.csv.gz";
+  const auto placed = [&](const std::string& what) {
+    try {
+      at_records(set, "d/set.json", [&]() -> int { throw UserError(what); });
+    } catch (const UserError& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing");
+  };
+  CHECK(placed("r1.csv: too short") == "d/set.json: $.records[1]: r1.csv: too short");
+  CHECK(placed("r0.csv.gz: too short") == "d/set.json: $.records[2]: r0.csv.gz: too short");
+  CHECK(placed("r0.csv: too short") == "d/set.json: $.records[0]: r0.csv: too short");
+  CHECK(placed("noise_std: none for x") == "d/set.json: $.noise_std: none for x");
+  CHECK(placed("the drive is constant") == "d/set.json: $.records: the drive is constant");
+  CHECK_THROWS_AS(at_records(set, "d/set.json", []() -> int { throw MachineError("disk"); }), MachineError);
+  CHECK_THROWS_WITH(at_records(set, "d/set.json", []() -> int { throw MachineError("disk"); }), "disk");
+  CHECK(at_records(set, "d/set.json", [] { return 7; }) == 7);
+  const Plant plant = plant_from(quarter_car_text);  // held at 1000 Hz
+  for (const double hz : {1000.0, 500.0, 200.0, 100.0}) {
+    set.sampling_hz = hz;
+    CHECK_NOTHROW(require_hold_rate(plant, set, "d/set.json"));
+    set.sampling_hz = 1.01 * hz;
+    CHECK_THROWS_WITH(require_hold_rate(plant, set, "d/set.json"),
+                      Contains("d/set.json: $.sampling_hz: ") && Contains("1000"));
+  }
+}
