@@ -131,7 +131,7 @@ function placebo({ placebo: own }) {
   if (!own) return '';
   if (own.absent !== undefined) return `<p>Placebo: none, ${escape(own.absent)}.</p>`;
   const names = Object.entries(own.names).map(([name, count]) => `${namedText(name)} ${count}`).join(', ');
-  return `<p>Placebo: ${own.same} of ${own.runs} diagnoses of simulated records, in which this answer is true, give it again. Named: ${escape(names)}.</p>`;
+  return `<p>Placebo: ${escape(own.same)} of ${escape(own.runs)} diagnoses of simulated records, in which this answer is true, give it again. Named: ${escape(names)}.</p>`;
 }
 
 /** The page. @param drawn the figures with their SVG texts, in the order of reading */

@@ -67,11 +67,12 @@ export async function drawSvg(spec, name, title, words) {
   const svg = await view.toSVG();
   view.finalize();
   const described = `<title id="${name}-title">${escape(title)}</title><desc id="${name}-desc">${escape(words)}</desc>`;
-  // Names unique over the figures, since the report page holds all of them.
-  return `${svg
-    .replace(/\b(clip|gradient)(\d+)\b/g, `${name}-$1$2`)
-    .replaceAll(' stroke-dasharray="1,0"', '')
-    .replace(/<svg([^>]*)>/, `<svg$1 role="img" aria-labelledby="${name}-title ${name}-desc">${described}`)}\n`;
+  // Names unique over the figures, since the report page holds all of them. Only tags are touched, not the texts of a
+  // result between them, and its texts come in through functions: in a text, `$&` would stand for what is replaced.
+  const inTags = svg.replace(/<[^<>]*>/g, (tag) => tag
+    .replace(/(\bid="|url\(#)(clip|gradient)(_?\d+)/g, (_, before, kind, number) => `${before}${name}-${kind}${number}`)
+    .replaceAll(' stroke-dasharray="1,0"', ''));
+  return `${inTags.replace(/<svg([^>]*)>/, (_, attributes) => `<svg${attributes} role="img" aria-labelledby="${name}-title ${name}-desc">${described}`)}\n`;
 }
 
 /** The figure of one signal. */

@@ -9,8 +9,8 @@
 //   reads   a diagnosis and D.figures.json beside it
 //   writes  its page (D.html)
 // Exit status: 0 written; 2 wrong use or wrong input, with one message and nothing written.
-import { existsSync, renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
-import { join } from 'node:path';
+import { chmodSync, existsSync, renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
+import { join, resolve } from 'node:path';
 import { readDiagnosis } from './diagnosis_input.mjs';
 import { InputError, readFigures, readTable } from './input.mjs';
 import { readSweep } from './sweep_input.mjs';
@@ -33,11 +33,17 @@ async function load(...files) {
   }
 }
 
-/** All files or none: each is written beside its place first. */
+/** All files or none: each is written beside its place first. One that is replaced keeps its mode. */
 function writeAll(files) {
   const beside = (path) => `${path}.part`;
+  const places = files.map(([path]) => resolve(path));
+  if (new Set(places).size < places.length) throw new InputError('--out: expected a page of its own, found the name of one of the figures');
   try {
-    for (const [path, text] of files) writeFileSync(beside(path), text);
+    for (const [path, text] of files) {
+      writeFileSync(beside(path), text);
+      const old = statSync(path, { throwIfNoEntry: false });
+      if (old?.isFile()) chmodSync(beside(path), old.mode & 0o7777);
+    }
     for (const [path] of files) renameSync(beside(path), path);
   } catch (error) {
     for (const [path] of files) rmSync(beside(path), { force: true });
@@ -77,7 +83,14 @@ function main() {
   return existsSync(join(result, 'table.json')) ? drawSweep(result, out) : drawReproduction(result, out);
 }
 
+/** What is not checked one by one shows where it is used: a part that is missing or of another kind. */
+function said(error) {
+  if (error instanceof InputError) return error.message;
+  const why = String(error?.message ?? error).split('\n')[0];
+  return `${process.argv[2]}: expected a whole result of this version, found a part missing or of another kind (${why}); make the result again`;
+}
+
 Promise.resolve().then(main).catch((error) => {
-  process.stderr.write(`wheelhop plots: ${error instanceof InputError ? error.message : error.stack}\n`);
-  process.exitCode = error instanceof InputError ? 2 : 1;
+  process.stderr.write(`wheelhop plots: ${said(error)}\n`);
+  process.exitCode = 2;
 });

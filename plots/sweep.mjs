@@ -15,7 +15,7 @@ export function sweepPage(sweep) {
   const values = (i) => new Set(cells.map((cell) => JSON.stringify(cell.at[i]))).size;
   const over = axes.filter((_, i) => values(i) > 1).join(', ') || axes.join(', ');
   const until = sweep.until
-    ? ` Realisations were added until the claims were decided: ${sweep.until.realisations} of each cell,
+    ? ` Realisations were added until the claims were decided: ${escape(sweep.until.realisations)} of each cell,
 ${sweep.until.claims.filter(({ claim }) => claim).length} of ${sweep.until.claims.length} claims decided.` : '';
   return `<!DOCTYPE html>
 <html lang="en-GB">
@@ -31,7 +31,7 @@ ${beside('sweep_page.css')}
 <body>
 <main>
 <h1>Sweep over ${escape(over)}</h1>
-<p class="lead">${cells.length} cells${excluded ? ` (${excluded} left out by rules)` : ''}, ${rows} rows, ${ok} of them ok.${until}</p>
+<p class="lead">${cells.length} cells${excluded ? ` (${escape(excluded)} left out by rules)` : ''}, ${rows} rows, ${ok} of them ok.${until}</p>
 <section aria-label="Map"><h2>Map of the cells</h2>
 <div class="controls" id="map-controls"></div><div class="scroll" id="map"></div></section>
 <section aria-label="Failures"><h2>Map of failures</h2><p>Share of the rows of a cell whose status is not ok; the same axes as above.</p>

@@ -1,5 +1,5 @@
 # Tests of the data layer.
-wheelhop_tests(data wheelhop_data PkgConfig::matio
+wheelhop_tests(data wheelhop_data PkgConfig::matio ZLIB::ZLIB
   FILES
   lemma/metrics.cpp
   conformance/records.cpp

@@ -3,6 +3,8 @@ wheelhop_tests(experiments wheelhop_experiments
   FILES
   conformance/piece_tables.cpp
   conformance/diagnosis_file.cpp
+  conformance/file_uses.cpp
+  conformance/input_checks.cpp
   conformance/model_file.cpp
   lemma/blind_score.cpp
   end_to_end/generate.cpp

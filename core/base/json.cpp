@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <map>
+#include <new>
 #include <numeric>
 
 #include "core/base/files.hpp"
@@ -122,7 +123,11 @@ JsonCursor::JsonCursor(std::shared_ptr<Document> document, const Json* value, st
     : document_(std::move(document)), value_(value), path_(std::move(path)) {}
 
 JsonCursor JsonCursor::load(const std::filesystem::path& file) {
-  return from(parse_json(read_file(file), file.string()), file.string(), file.parent_path());
+  try {
+    return from(parse_json(read_file(file), file.string()), file.string(), file.parent_path());
+  } catch (const std::bad_alloc&) {
+    throw MachineError(fmt::format("{}: not enough memory for its values", file.string()));
+  }
 }
 
 JsonCursor JsonCursor::from(Json value, std::string source, std::filesystem::path directory) {
@@ -219,7 +224,10 @@ bool JsonCursor::boolean() const {
 
 std::string JsonCursor::string() const {
   if (!value_->is_string()) fail("a string");
-  return value_->get<std::string>();
+  std::string result = value_->get<std::string>();
+  // Names of files and channels go through functions that end at the first zero.
+  if (result.find('\0') != std::string::npos) fail("a string without the character NUL");
+  return result;
 }
 
 std::vector<double> JsonCursor::numbers() const {

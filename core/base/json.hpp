@@ -49,7 +49,7 @@ class JsonCursor {
   /// Whole number in [low, high]; 4.0 counts as 4.
   Index integer(Index low = std::numeric_limits<Index>::min(), Index high = std::numeric_limits<Index>::max()) const;
   bool boolean() const;
-  std::string string() const;
+  std::string string() const;           ///< without the character NUL
   std::vector<double> numbers() const;  ///< array of finite numbers
   /// A string that must be one of `known`.
   std::string one_of(const std::vector<std::string>& known) const;

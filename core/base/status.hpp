@@ -16,6 +16,13 @@ class UserError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A fault of the machine and not of what the user gave: a disk that is full, a file that may not be read, too many
+/// open files, too little memory. What was to be computed may well go right next time, so it is no result to be kept.
+class MachineError : public UserError {
+ public:
+  using UserError::UserError;
+};
+
 /// Numerical outcome of a computation. `ok` implies that every number in the result is finite.
 enum class Status {
   ok,                ///< done, tolerance met

@@ -5,16 +5,15 @@
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
-#include <stdexcept>
+#include <new>
 
+#include "core/base/files.hpp"
 #include "core/base/status.hpp"
 
 namespace wheelhop {
 namespace {
 
 constexpr int kGzipWindow = 15 + 16;  // largest window; 16 asks zlib for the gzip wrapper
-constexpr std::size_t kLargest = std::size_t{1} << 32;
 
 /// zlib counts in 32 bits; longer buffers go through in pieces.
 uInt piece(std::size_t size) { return static_cast<uInt>(std::min<std::size_t>(size, 1u << 30)); }
@@ -24,7 +23,7 @@ Bytef* bytes(const char* text) { return reinterpret_cast<Bytef*>(const_cast<char
 struct Inflater {
   z_stream stream{};
   explicit Inflater(int window) {
-    if (inflateInit2(&stream, window) != Z_OK) throw std::runtime_error("zlib: out of memory");
+    if (inflateInit2(&stream, window) != Z_OK) throw std::bad_alloc();
   }
   ~Inflater() { inflateEnd(&stream); }
   Inflater(const Inflater&) = delete;
@@ -41,8 +40,12 @@ std::string unpack_gzip(const std::string& packed, const std::string& source) {
   z_stream& stream = inflater.stream;
   std::string content;
   std::size_t read = 0, written = 0;
+  const double most = read_limits().unpacked_from(packed.size());
   for (;;) {
-    if (written == content.size()) content.resize(std::max<std::size_t>(2 * content.size(), 4 * packed.size() + 4096));
+    if (written == content.size()) {
+      const double wanted = static_cast<double>(std::max(2 * content.size(), 4 * packed.size() + 4096));
+      content.resize(static_cast<std::size_t>(std::min(wanted, most + 1)));
+    }
     stream.next_in = bytes(packed.data() + read);
     stream.avail_in = piece(packed.size() - read);
     stream.next_out = bytes(content.data() + written);
@@ -51,7 +54,9 @@ std::string unpack_gzip(const std::string& packed, const std::string& source) {
     const int outcome = inflate(&stream, Z_NO_FLUSH);
     read += in - stream.avail_in;
     written += out - stream.avail_out;
-    if (written > kLargest) throw UserError(fmt::format("{}: more than 4 GiB when unpacked", source));
+    if (static_cast<double>(written) > most)
+      throw UserError(fmt::format("{}: expected at most {:.0f} bytes in a gzip stream of {}, found more; {}", source,
+                                  most, packed.size(), how_to_lift));
     if (outcome == Z_STREAM_END) {
       while (read < packed.size() && packed[read] == '\0') ++read;  // padding that tapes and some writers leave
       if (read == packed.size()) break;
@@ -63,6 +68,29 @@ std::string unpack_gzip(const std::string& packed, const std::string& source) {
       throw UserError(fmt::format("{}: damaged gzip stream after {} unpacked bytes: {}", source, written,
                                   stream.msg ? stream.msg : "bad data"));
     }
+  }
+  content.resize(written);
+  return content;
+}
+
+std::optional<std::string> unpack_zlib(std::string_view packed, std::size_t most) {
+  Inflater inflater(15);
+  z_stream& stream = inflater.stream;
+  std::string content(std::min<std::size_t>(most, 4096), '\0');
+  std::size_t read = 0, written = 0;
+  for (;;) {
+    stream.next_in = bytes(packed.data() + read);
+    stream.avail_in = piece(packed.size() - read);
+    stream.next_out = bytes(content.data() + written);
+    stream.avail_out = piece(content.size() - written);
+    const uInt in = stream.avail_in, out = stream.avail_out;
+    const int outcome = inflate(&stream, Z_NO_FLUSH);
+    read += in - stream.avail_in;
+    written += out - stream.avail_out;
+    if (outcome == Z_STREAM_END || written == most) break;
+    // Without progress in either direction zlib answers Z_BUF_ERROR, so this loop ends.
+    if (outcome != Z_OK) return std::nullopt;
+    if (written == content.size()) content.resize(std::min(most, 2 * content.size()));
   }
   content.resize(written);
   return content;
@@ -90,7 +118,7 @@ bool is_intact_zlib(std::string_view packed) {
 std::string pack_gzip(const std::string& content) {
   z_stream stream{};
   if (deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kGzipWindow, 8, Z_DEFAULT_STRATEGY) != Z_OK)
-    throw std::runtime_error("zlib: out of memory");
+    throw std::bad_alloc();
   std::string packed(1 << 16, '\0');
   std::size_t read = 0, written = 0;
   int outcome = Z_OK;

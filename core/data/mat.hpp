@@ -1,5 +1,5 @@
 /// \file
-/// MATLAB files (version 5), through matio: one variable a channel.
+/// MATLAB files (version 5): one variable a channel.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,8 @@ namespace wheelhop {
 /// Reads real vectors (row or column; double, single, integer or logical) of equal length.
 /// @param wanted names of the variables; empty = every variable of the file, none of which may be anything else.
 /// UserError naming file and variable: missing (lists those there), complex, not numeric, not a vector, of another
-/// length than the first, not finite; UserError naming the file if it is no MAT file.
+/// length than the first, not finite, shorter than it declares, or packed beyond what ReadLimits allows; UserError
+/// naming the file if it is no MAT file or is not whole. Source: MathWorks, MAT-File Format (2023), chapter 1.
 Table read_mat(const std::filesystem::path& file, const std::vector<std::string>& wanted = {});
 
 /// Writes each channel as a column vector of doubles. All or nothing, and the same bytes every time.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
+#include <string_view>
 
 #include "core/base/files.hpp"
 #include "core/base/json.hpp"
@@ -133,6 +134,17 @@ void read_noise(const JsonCursor& cursor, const std::vector<std::string>& channe
   cursor.done();
 }
 
+/// Files of two generated sets in one folder are records of neither.
+void check_identity(const JsonCursor& own) {
+  const fs::path beside = own.directory() / "provenance.json";
+  std::error_code ignored;
+  if (!fs::exists(beside, ignored)) return;
+  const auto other = JsonCursor::load(beside).find("set");
+  if (other && other->raw() != own.raw())
+    own.fail(fmt::format("{} as in {}: the folder holds files of two sets; generate it again", other->raw().dump(),
+                         beside.string()));
+}
+
 /// Checks the set before anything is written, and gives every record a file name.
 std::vector<std::string> file_names(const RecordSet& set) {
   std::vector<std::string> names;
@@ -190,12 +202,22 @@ RecordSet load_records(const fs::path& file, const std::vector<Channel>& inputs,
   if (!(set.sampling_hz > 0 && std::isfinite(1 / set.sampling_hz))) rate.fail("a rate > 0 in Hz");
   const JsonCursor list = cursor.at("records");
   const auto noise = cursor.find("noise_std");
+  if (const auto identity = cursor.find("set")) {
+    set.identity = identity->string();
+    check_identity(*identity);
+  }
   cursor.done();
   const std::vector<JsonCursor> items = list.items();
   if (items.empty()) list.fail("at least one record");
   Tables tables(cursor.directory(), inputs, outputs);
-  for (const JsonCursor& item : items)
-    set.records.push_back(read_record(item, set.sampling_hz, inputs, outputs, tables));
+  for (const JsonCursor& item : items) try {
+      set.records.push_back(read_record(item, set.sampling_hz, inputs, outputs, tables));
+    } catch (const MachineError&) {
+      throw;
+    } catch (const UserError& error) {
+      if (std::string_view(error.what()).starts_with(item.where())) throw;
+      throw UserError(fmt::format("{}.file: {}", item.where(), error.what()));
+    }
   if (noise) {
     std::vector<std::string> known = tables.channel_names();
     for (const Channel& channel : planned) known.push_back(channel.name);
@@ -218,6 +240,7 @@ void write_records(const fs::path& folder, const RecordSet& set) {
   }
   Json out = {{"sampling_hz", set.sampling_hz}, {"records", std::move(records)}};
   if (!set.noise_std.empty()) out["noise_std"] = set.noise_std;
+  if (!set.identity.empty()) out["set"] = set.identity;
   write_json(folder / "records.json", out);
 }
 

@@ -23,6 +23,7 @@ struct RecordSet {
   double sampling_hz = 0;
   std::vector<Record> records;
   std::map<std::string, double> noise_std;  ///< by channel, in the unit of the channel; may be empty
+  std::string identity;                     ///< of a generated set: `set` in its JSON files; empty: none
 
   /// The records of a role, in the order of the file.
   std::vector<const Record*> with_role(const std::string& role) const;
@@ -33,7 +34,8 @@ struct RecordSet {
 /// UserError with file and place for: every mistake in the JSON, no record, a file that does not read (csv.hpp,
 /// mat.hpp), a missing column (lists those there), a column `t` that is missing, not increasing, not uniform, or at
 /// another rate than `sampling_hz`, a range that is empty or reaches beyond the file, fewer than two samples, a
-/// `skip_initial` that leaves nothing, a `noise_std` of an unknown channel.
+/// `skip_initial` that leaves nothing, a `noise_std` of an unknown channel, a `set` that is not the one of the
+/// `provenance.json` beside it.
 ///
 /// Time counts as uniform if its instants keep within 1e-4 of a period of an even grid, or within what rounding to as
 /// many decimals or significant digits as the column shows can explain. The rate of that grid may differ from

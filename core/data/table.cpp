@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <new>
 
 #include "core/base/status.hpp"
 #include "core/data/csv.hpp"
@@ -39,8 +40,14 @@ Index Table::find(const std::string& name) const {
 }
 
 Table read_table(const std::filesystem::path& file, const std::vector<std::string>& wanted) {
-  return format_of(file) == Format::csv ? read_csv(file) : read_mat(file, wanted);
+  try {
+    return format_of(file) == Format::csv ? read_csv(file) : read_mat(file, wanted);
+  } catch (const std::bad_alloc&) {
+    throw MachineError(fmt::format("{}: not enough memory for its table", file.string()));
+  }
 }
+
+void require_table_name(const std::filesystem::path& file) { format_of(file); }
 
 void write_table(const std::filesystem::path& file, const Table& table) {
   const Format format = format_of(file);

@@ -24,6 +24,9 @@ struct Table {
 /// UserError as in csv.hpp and mat.hpp, or for an unknown ending.
 Table read_table(const std::filesystem::path& file, const std::vector<std::string>& wanted = {});
 
+/// UserError if no table could be written to a file of this name, by its ending.
+void require_table_name(const std::filesystem::path& file);
+
 /// Writes by the ending of the name, all or nothing. UserError if a value is not finite or the file cannot be written.
 void write_table(const std::filesystem::path& file, const Table& table);
 

@@ -11,6 +11,7 @@
 #include "core/base/status.hpp"
 #include "core/gap/verdict/decide.hpp"
 #include "experiments/blind/score_case.hpp"
+#include "experiments/run/file_uses.hpp"
 #include "experiments/run/provenance.hpp"
 
 namespace wheelhop {
@@ -131,7 +132,12 @@ std::vector<Known> load_cases(const BlindCalibrateRequest& request) {
 }  // namespace
 
 int run_blind_calibrate(const BlindCalibrateRequest& request) {
+  const std::filesystem::path out = request.out.empty() ? request.answers / "calibration.json" : request.out;
   const std::vector<Known> cases = load_cases(request);
+  FileUses uses;
+  uses.reads("--key", scoring::key_file(request.key)).writes("--out", out);
+  for (const Known& known : cases) uses.reads("an answer in ANSWERS", request.answers / (known.truth.name + ".json"));
+  uses.check();
   const Thresholds own;
   const std::vector<Worth> as_is = worths(cases, own);
   const auto right = [](const std::vector<Worth>& all) {
@@ -169,7 +175,6 @@ int run_blind_calibrate(const BlindCalibrateRequest& request) {
   }
   fmt::print("mean loss {:.4f} -> {:.4f} ({} right); by five folds, on cases not seen: {:.4f}\n",
              mean_loss(as_is, kFolds, true), mean_loss(after, kFolds, true), right(after), held_out);
-  const std::filesystem::path out = request.out.empty() ? request.answers / "calibration.json" : request.out;
   write_json(out, {{"schema", "wheelhop.calibration/1"},
                    {"cases", cases.size()},
                    {"right", right(as_is)},

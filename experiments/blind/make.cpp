@@ -10,6 +10,7 @@
 #include "core/base/status.hpp"
 #include "experiments/rig/records.hpp"
 #include "experiments/rig/sha256.hpp"
+#include "experiments/run/file_uses.hpp"
 #include "experiments/run/jobs.hpp"
 
 namespace wheelhop {
@@ -72,9 +73,27 @@ bool lies_inside(const fs::path& inner, const fs::path& outer) {
   return std::mismatch(a.begin(), a.end(), b.begin(), b.end()).second == b.end();
 }
 
-void require_empty(const fs::path& folder) {
-  require_writable_folder(folder);
-  if (!fs::is_empty(folder)) throw UserError(folder.string() + ": expected a new or empty folder for the cases");
+bool is_empty_or_absent(const fs::path& folder) {
+  std::error_code error;
+  return !fs::exists(folder, error) || fs::is_empty(folder, error);
+}
+
+/// Cases and keys are made once: a key that is lost opens no cases any more.
+void require_new(const BlindMakeRequest& request) {
+  if (lies_inside(request.key, request.out))
+    throw UserError(request.key.string() + ": expected a folder for the key outside " + request.out.string() +
+                    ", which is handed out");
+  FileUses()
+      .reads_named("CONFIG", request.config)
+      .writes_folder("--out", request.out, {"manifest.json"})
+      .writes_folder("--key", request.key, {"key.json"})
+      .check();
+  if (!is_empty_or_absent(request.out))
+    throw UserError(request.out.string() + ": expected a new or empty folder for the cases");
+  for (const char* name : {"key.json", "truth"})
+    if (fs::exists(request.key / name))
+      throw UserError(fmt::format("{}: expected a folder without a key, found {}; choose another folder for this key",
+                                  request.key.string(), name));
 }
 
 /// Positions of the cases that exist, in an order that tells nothing of their kind.
@@ -90,8 +109,7 @@ std::vector<std::size_t> shuffled(const std::vector<Prepared>& prepared, std::ui
 
 void for_all(std::size_t count, const BlindMakeRequest& request, const char* what,
              const std::function<void(std::size_t)>& work) {
-  const JobOptions options{request.jobs, what, "empty " + request.out.string() + " before you start again",
-                           request.quiet};
+  const JobOptions options{request.jobs, what, "nothing was written; start the same command again", request.quiet};
   run_jobs(count, options, [&](std::size_t i) -> std::function<void()> {
     work(i);
     return {};
@@ -102,12 +120,7 @@ void for_all(std::size_t count, const BlindMakeRequest& request, const char* wha
 
 int run_blind_make(const BlindMakeRequest& request) {
   const std::vector<CaseSpec> specs = blind::read_cases(JsonCursor::load(request.config), request.seed);
-  if (lies_inside(request.key, request.out))
-    throw UserError(request.key.string() + ": expected a folder for the key outside " + request.out.string() +
-                    ", which is handed out");
-  require_empty(request.out);
-  require_writable_folder(request.key);
-
+  require_new(request);
   std::vector<Prepared> prepared(specs.size());
   for_all(specs.size(), request, "strengths of blind cases",
           [&](std::size_t i) { prepared[i] = blind::prepare(specs[i]); });
@@ -123,18 +136,21 @@ int run_blind_make(const BlindMakeRequest& request) {
       std::fprintf(stderr, "left out of set \"%s\" (%s): %s\n", one.spec.set.c_str(), one.spec.strength_class.c_str(),
                    one.unreachable.c_str());
     }
-  write_json(request.key / "key.json", key);
-
+  StagedSet key_set(request.key, "key.json"), case_set(request.out, "manifest.json");
+  write_json(key_set.path() / "key.json", key);
   for_all(order.size(), request, "records of blind cases", [&](std::size_t k) {
     const Prepared& one = prepared[order[k]];
-    const fs::path folder = request.out / name_of(k);
+    const fs::path folder = case_set.path() / name_of(k);
     write_records(folder, blind::measured_records(one));
     write_json(folder / "plant.json", one.spec.plan->file);
-    if (one.spec.truth) write_records(request.key / "truth" / name_of(k), blind::truth_records(one));
+    if (one.spec.truth) write_records(key_set.path() / "truth" / name_of(k), blind::truth_records(one));
   });
-  write_json(request.out / "manifest.json", {{"schema", "wheelhop.blind/1"},
-                                             {"cases", order.size()},
-                                             {"key_sha256", blind::sha256(read_file(request.key / "key.json"))}});
+  write_json(case_set.path() / "manifest.json",
+             {{"schema", "wheelhop.blind/1"},
+              {"cases", order.size()},
+              {"key_sha256", blind::sha256(read_file(key_set.path() / "key.json"))}});
+  key_set.publish();  // first: cases without a key would be lost
+  case_set.publish();
   return 0;
 }
 

@@ -32,7 +32,7 @@ struct BlindMakeRequest {
 /// form, strength, unit}]. Cases whose effect cannot reach its gap are left out: their entries stand at the end with
 /// `"case": null`, `"strength_class": "unreachable"` and `why`, and stderr names them.
 ///
-/// @return 0. UserError for every mistake in the config, a folder that is not empty, a key inside DIR.
+/// @return 0. UserError for every mistake in the config, a DIR that is not empty, a KEYDIR inside DIR or with a key.
 int run_blind_make(const BlindMakeRequest& request);
 
 }  // namespace wheelhop

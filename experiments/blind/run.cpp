@@ -14,6 +14,8 @@
 #include "experiments/blind/score_calibration.hpp"
 #include "experiments/blind/score_key.hpp"
 #include "experiments/diagnose/diagnose.hpp"
+#include "experiments/run/file_uses.hpp"
+#include "experiments/run/input_checks.hpp"
 #include "experiments/run/jobs.hpp"
 #include "variants/table.hpp"
 
@@ -62,6 +64,8 @@ Found find_answer(const fs::path& file, const std::vector<std::string>& left_out
   Json answer;
   try {
     answer = parse_json(read_file(file), file.string());
+  } catch (const MachineError&) {
+    throw;
   } catch (const UserError&) {
     return {};
   }
@@ -74,19 +78,30 @@ Found find_answer(const fs::path& file, const std::vector<std::string>& left_out
   return {true, answer.contains("error")};
 }
 
+/// What a fault of the case ends in is its answer; a fault of the machine is thrown, and leaves none.
 /// @return false where the answer is an error
 bool answer_case(const fs::path& folder, const fs::path& out, const std::vector<std::string>& left_out) {
   try {
-    Plant plant = load_plant(folder / "plant.json");
+    Plant plant = load_acting_plant(folder / "plant.json");
     const RecordSet set = load_records(folder / "records.json", plant.input_channels(), plant.output_channels());
+    require_sound_records(set, folder / "records.json");
+    require_held_out(set, folder / "records.json");
     plant = with_drive_rate(std::move(plant), set);
-    const Diagnosis diagnosis = diagnose_records(plant, set, catalogue_without(left_out));
+    require_hold_rate(plant, set, folder / "records.json");
+    const Diagnosis diagnosis = at_records(set, folder / "records.json",
+                                           [&] { return diagnose_records(plant, set, catalogue_without(left_out)); });
     fs::path retuned = out;
     write_json(retuned.replace_extension(".retuned.json"), to_json(diagnosis.retuned_plant));
     // The answer last: where it stands, everything does.
     write_diagnosis(plant, diagnosis, nullptr, out,
                     {{"left_out", left_out}, {"retuned_plant", retuned.filename().string()}});
     return true;
+  } catch (const MachineError&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw MachineError(folder.string() + ": not enough memory to diagnose it");
+  } catch (const std::system_error&) {
+    throw;
   } catch (const std::exception& error) {
     write_json(out, {{"schema", "wheelhop.diagnosis/1"}, {"error", error.what()}, {"left_out", left_out}});
     return false;
@@ -115,6 +130,11 @@ std::vector<std::string> chosen_cases(const std::vector<std::string>& all, const
 }
 
 int run_blind_run(const BlindRunRequest& request) {
+  FileUses uses;
+  uses.reads("DIR", request.folder).writes_folder("--out", request.out, {"manifest.json", "timing.json"});
+  uses.reads("the manifest in DIR", request.folder / "manifest.json");
+  if (!request.leave_out.empty()) uses.reads("--leave-out", scoring::key_file(request.leave_out));
+  uses.check();
   const std::vector<std::string> cases =
       chosen_cases(find_cases(request.folder), request.cases, request.folder.string());
   const LeftOut left_out = left_out_by(request.leave_out, cases);
@@ -135,7 +155,7 @@ int run_blind_run(const BlindRunRequest& request) {
   const JobOptions options{request.jobs, "blind run",
                            "answers are kept in " + request.out.string() + "; start the same command again to go on",
                            request.quiet};
-  run_jobs(open.size(), options, [&](std::size_t i) -> std::function<void()> {
+  const Job answer_one = [&](std::size_t i) -> std::function<void()> {
     const std::string& name = open[i];
     const auto start = std::chrono::steady_clock::now();
     const bool answered = answer_case(request.folder / name, request.out / (name + ".json"), left_out.at(name));
@@ -145,7 +165,12 @@ int run_blind_run(const BlindRunRequest& request) {
       timing["case_s"][name] = seconds;
       write_json(timing_file, timing);
     };
-  });
+  };
+  try {
+    run_jobs(open.size(), options, answer_one);
+  } catch (const MachineError& error) {
+    throw MachineError(fmt::format("{}; {}", error.what(), options.go_on));
+  }
   std::vector<double> seconds;
   for (const std::string& name : cases)
     if (timing["case_s"].contains(name)) seconds.push_back(timing["case_s"][name].get<double>());

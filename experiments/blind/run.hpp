@@ -21,6 +21,7 @@ struct BlindRunRequest {
 /// CASE.plant.json (the plant with the answer) and CASE.retuned.json (re-tuned, without an effect), seconds a case into
 /// timing.json, and a copy of the folder's manifest.json. A case that cannot be diagnosed gets an answer with `error`.
 /// Cases that have an answer are skipped, so that a run that was stopped goes on. The key is read for `leave_out` only.
+/// A fault of the machine (disk, memory) stops the run: MachineError; the case has no answer then and is done again.
 /// @return 0; 1 if an answer is an error. UserError before anything is computed: no case, a name or pattern that fits
 /// none, a case that the key lacks, answers that were made with other effects left out.
 int run_blind_run(const BlindRunRequest& request);

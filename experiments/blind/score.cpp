@@ -12,6 +12,7 @@
 #include "experiments/blind/score_closure.hpp"
 #include "experiments/blind/score_print.hpp"
 #include "experiments/rig/sha256.hpp"
+#include "experiments/run/file_uses.hpp"
 #include "experiments/run/progress.hpp"
 
 namespace wheelhop {
@@ -168,11 +169,18 @@ Json scores_json(const std::vector<Judged>& judged, const std::vector<Group>& gr
 
 int run_blind_score(const BlindScoreRequest& request) {
   const std::vector<TrueCase> key = load_key(request.key);
+  const fs::path out = request.out.empty() ? request.answers / "scores.json" : request.out;
+  FileUses uses;
+  uses.reads("--key", key_file(request.key)).reads("the manifest in ANSWERS", request.answers / "manifest.json");
+  for (const TrueCase& truth : key) {
+    uses.reads("an answer in ANSWERS", request.answers / (truth.name + ".json"));
+    for (const char* ending : {".plant.json", ".retuned.json"})
+      uses.reads("a plant in ANSWERS", request.answers / (truth.name + ending));
+  }
+  uses.writes("--out", out).check();
   check_manifest(request.answers / "manifest.json", key_file(request.key), key.size());
   const std::vector<Judged> judged = judge_all(request, chosen_truth(request, key));
   const std::vector<Group> groups = score_groups(judged);
-  const fs::path out = request.out.empty() ? request.answers / "scores.json" : request.out;
-  require_writable_folder(out.parent_path());
   const Json scores = scores_json(judged, groups);
   write_json(out, scores);
   print_scores(judged, groups);

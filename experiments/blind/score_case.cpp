@@ -146,6 +146,8 @@ Answer load_answer(const std::filesystem::path& folder, const std::string& name)
   }
   try {
     return read_answer(JsonCursor::load(file));
+  } catch (const MachineError&) {
+    throw;
   } catch (const UserError& error) {
     answer.error = error.what();
     return answer;

@@ -1,4 +1,7 @@
 // blind make, run, score: the test of the diagnosis.
+#include <limits>
+
+#include "core/base/linalg.hpp"
 #include "experiments/blind/calibrate.hpp"
 #include "experiments/blind/make.hpp"
 #include "experiments/blind/run.hpp"
@@ -15,7 +18,8 @@ void add_blind_make(CLI::App& app, Run& run) {
       ->required();
   command.add_option("--out", request.out, "new folder for the cases and their manifest")->required();
   command.add_option("--key", request.key, "folder for the key and the truth, outside of --out")->required();
-  command.add_option("--seed", request.seed, "instead of the config's: cases that nobody can make again without it");
+  command.add_option("--seed", request.seed, "instead of the config's: cases that nobody can make again without it")
+      ->check(CLI::Range(Index{0}, std::numeric_limits<Index>::max()));
   command.add_option("--jobs", request.jobs, "cases at once (default: all threads); never changes a result")
       ->check(CLI::Range(1, 4096));
   add_quiet(command, request.quiet);
@@ -39,7 +43,9 @@ void add_blind_run(CLI::App& app, Run& run) {
       ->capture_default_str();
   add_quiet(command, request.quiet);
   command.footer(
-      "A run that was stopped goes on where it was. A case that cannot be diagnosed gets an answer with `error`.\n"
+      "A run that was stopped goes on where it was. A case that cannot be diagnosed gets an answer with `error`; a "
+      "disk\n"
+      "that is full or too little memory is no answer: it ends the run, and the case is done again.\n"
       "Example:\n  wheelhop blind run out/cases --out out/answers");
 }
 

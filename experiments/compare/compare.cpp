@@ -10,6 +10,7 @@
 #include "core/base/status.hpp"
 #include "experiments/compare/print.hpp"
 #include "experiments/compare/statistics.hpp"
+#include "experiments/run/file_uses.hpp"
 #include "experiments/sweep/folder.hpp"
 
 namespace wheelhop {
@@ -229,13 +230,17 @@ Json decided_claims(const Grid& grid, const RowIndex& rows, Index realisations) 
 
 int run_compare(const CompareRequest& request) {
   const SweepFolder folder = read_folder(request.folder);
+  const std::filesystem::path out = request.out.empty() ? request.folder / "compare.json" : request.out;
+  FileUses uses;
+  uses.reads("the sweep in DIR", request.folder / "sweep.json").writes("--out", out);
+  for (const std::filesystem::path& rows : row_files(request.folder, "rows")) uses.reads("the rows in DIR", rows);
+  uses.check();
   const FileLock still = hold_rows(request.folder);
   const RowIndex rows(request.folder, [&](const Json& row) { return is_row_of(folder.grid, row); });
   if (rows.size() == 0) throw UserError(request.folder.string() + ": expected rows of a sweep, found none");
   Json result = {{"schema", "wheelhop.compare/1"}};
   result.update(compare_rows(folder.grid, rows, request.options));
   result["provenance"] = folder.provenance;
-  const std::filesystem::path out = request.out.empty() ? request.folder / "compare.json" : request.out;
   write_json(out, result);
   print_comparison(result);
   fmt::print("\nwritten: {}\n", out.string());

@@ -7,6 +7,7 @@
 #include "core/base/status.hpp"
 #include "core/gap/diagnose.hpp"
 #include "experiments/diagnose/answer.hpp"
+#include "experiments/run/standard_output.hpp"
 
 namespace wheelhop {
 namespace {
@@ -53,6 +54,7 @@ Json verdict_json(const Evidence& evidence, const Verdict& verdict) {
 }
 
 int run_decide(const DecideRequest& request) {
+  require_standard_output();
   const JsonCursor file = JsonCursor::load(request.diagnosis);
   if (!file.is_object()) file.fail("a diagnosis, or its evidence");
   const auto inside = file.find("evidence");

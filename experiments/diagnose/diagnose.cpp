@@ -11,6 +11,8 @@
 #include "experiments/diagnose/json.hpp"
 #include "experiments/diagnose/report.hpp"
 #include "experiments/report/render.hpp"
+#include "experiments/run/file_uses.hpp"
+#include "experiments/run/input_checks.hpp"
 #include "experiments/run/jobs.hpp"
 #include "variants/nonlinearity/mlp.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
@@ -68,10 +70,13 @@ Diagnosis diagnose_records(const Plant& plant, const RecordSet& set, const Candi
   return diagnose(plant, set, candidates, {*quick, *thorough, *patient}, {}, kBootstrapSeed, step);
 }
 
+std::filesystem::path corrected_beside(std::filesystem::path diagnosis) {
+  return diagnosis.replace_extension(".plant.json");
+}
+
 std::filesystem::path write_diagnosis(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,
                                       const std::filesystem::path& out, const Json& more) {
-  std::filesystem::path corrected = out;
-  corrected.replace_extension(".plant.json");
+  const std::filesystem::path corrected = corrected_beside(out);
   write_json(corrected, to_json(diagnosis.plant));
   Json file = diagnosis_json(
       plant, diagnosis, examination,
@@ -83,15 +88,25 @@ std::filesystem::path write_diagnosis(const Plant& plant, const Diagnosis& diagn
 }
 
 int run_diagnose(const DiagnoseRequest& request) {
-  Plant plant = load_plant(request.plant);
+  FileUses uses;
+  uses.reads_named("--plant", request.plant)
+      .reads_named("--records", request.records)
+      .writes("--out", request.out)
+      .writes("the corrected plant beside --out", corrected_beside(request.out));
+  if (!request.report.empty())
+    uses.writes("--report", request.report).writes("the figures' data beside --out", figures_beside(request.out));
+  uses.check();
+  Plant plant = load_acting_plant(request.plant);
   const RecordSet set = load_records(request.records, plant.input_channels(), plant.output_channels());
+  require_sound_records(set, request.records);
+  require_held_out(set, request.records);
   plant = with_drive_rate(std::move(plant), set);
-  require_writable_folder(request.out.parent_path());
-  if (!request.report.empty()) require_writable_folder(request.report.parent_path());
+  require_hold_rate(plant, set, request.records);
   const auto step = [&](const std::string& what) {
     if (!request.quiet) std::fprintf(stderr, "diagnose: %s\n", what.c_str());
   };
-  const Diagnosis diagnosis = diagnose_records(plant, set, effect_candidates, step);
+  const Diagnosis diagnosis =
+      at_records(set, request.records, [&] { return diagnose_records(plant, set, effect_candidates, step); });
   if (diagnosis.status != Status::ok) {
     write_diagnosis(plant, diagnosis, nullptr, request.out);
     std::fprintf(stderr, "wheelhop: %s\n", diagnosis.verdict.message.c_str());

@@ -17,6 +17,9 @@ CandidateList catalogue_without(std::vector<std::string> left_out);
 Diagnosis diagnose_records(const Plant& plant, const RecordSet& set, const CandidateList& candidates,
                            const std::function<void(const std::string&)>& step = {});
 
+/// "D.json" -> "D.plant.json", where the plant with the answer is written.
+std::filesystem::path corrected_beside(std::filesystem::path diagnosis);
+
 /// Writes the plant with the answer beside `out`, with the ending `.plant.json`, and then `out` (schema
 /// `wheelhop.diagnosis/1`). @param examination null: without where in bands, ranges and time the gap lies
 /// @param more members added to the latter   @return the former

@@ -5,6 +5,7 @@
 
 #include "core/plant/dataset.hpp"
 #include "experiments/experiment/config.hpp"
+#include "experiments/run/input_checks.hpp"
 
 namespace wheelhop {
 namespace {
@@ -112,7 +113,8 @@ Json effective_config(const ExperimentConfig& config) {
 ExperimentConfig parse_experiment_config(const JsonCursor& cursor) {
   ExperimentConfig config;
   const JsonCursor plant = cursor.at("plant");
-  config.plant = plant.is_string() ? load_plant(plant.directory() / plant.string()) : parse_plant(plant);
+  config.plant = plant.is_string() ? load_acting_plant(plant.directory() / plant.string())
+                                   : require_acting_inputs(parse_plant(plant), plant.where());
   if (const auto parameters = cursor.find("plant_parameters")) set_parameters(*parameters, config.plant);
   try {
     config.car = find_quarter_car(config.plant, plant.where());

@@ -6,13 +6,14 @@
 
 #include "core/base/status.hpp"
 #include "core/plant/dataset.hpp"
+#include "experiments/run/input_checks.hpp"
 
 namespace wheelhop {
 namespace {
 
 Plant read_plant(const JsonCursor& cursor) {
-  if (!cursor.is_string()) return parse_plant(cursor);
-  return load_plant(cursor.directory() / cursor.string());
+  if (!cursor.is_string()) return require_acting_inputs(parse_plant(cursor), cursor.where());
+  return load_acting_plant(cursor.directory() / cursor.string());
 }
 
 DriveGroup read_group(const JsonCursor& cursor, const GenerateConfig& config) {

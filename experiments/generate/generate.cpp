@@ -11,6 +11,8 @@
 #include "core/plant/dataset.hpp"
 #include "core/plant/road.hpp"
 #include "experiments/generate/config.hpp"
+#include "experiments/rig/sha256.hpp"
+#include "experiments/run/file_uses.hpp"
 
 #ifndef WHEELHOP_VERSION
 #define WHEELHOP_VERSION "unversioned"
@@ -18,6 +20,8 @@
 
 namespace wheelhop {
 namespace {
+
+constexpr const char* kDatasetSchema = "wheelhop.dataset/1";
 
 struct GroupDrive {
   Matrix values;  // m x (lead + samples * ratio)
@@ -47,18 +51,46 @@ GroupDrive make_group_drive(const GenerateConfig& config, std::size_t group_inde
   return result;
 }
 
+/// What tells this set from every other one: a check sum of its config and its numbers.
+std::string identity_of(const Json& config, const RecordSet& set) {
+  std::string bytes = config.dump();
+  for (const Record& record : set.records)
+    for (const Matrix* values : {&record.signal.u, &record.signal.y})
+      bytes.append(reinterpret_cast<const char*>(values->data()), static_cast<std::size_t>(values->size()) * 8);
+  return blind::sha256(bytes).substr(0, 16);
+}
+
+/// Names of the records that an earlier call left in a folder.
+std::vector<std::string> earlier_records(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  const std::filesystem::path file = folder / "provenance.json";
+  if (!std::filesystem::is_regular_file(file, ignored)) return names;
+  const Json earlier = Json::parse(read_file(file), nullptr, false);
+  if (!earlier.is_object() || earlier.value("schema", Json()) != kDatasetSchema || !earlier.contains("records"))
+    return names;
+  for (const Json& record : earlier["records"]) {
+    const std::string name = record.is_object() && record.contains("file") && record["file"].is_string()
+                                 ? record["file"].get<std::string>()
+                                 : "";
+    if (!name.empty() && std::filesystem::path(name).filename() == name) names.push_back(name);
+  }
+  return names;
+}
+
 }  // namespace
 
 int run_generate(const GenerateRequest& request) {
+  FileUses()
+      .reads_named("CONFIG", request.config)
+      .writes_folder("--out", request.out, {"plant.json", "provenance.json", "records.json"})
+      .check();
   const JsonCursor cursor = JsonCursor::load(request.config);
   const GenerateConfig config = read_generate_config(cursor);
-  require_writable_folder(request.out);
-
   const Index lead = std::llround(config.options.settle_s * config.plant.hold_hz());
   RecordSet set;
   set.sampling_hz = config.options.sampling_hz;
-  Json provenance = {
-      {"schema", "wheelhop.dataset/1"}, {"version", WHEELHOP_VERSION}, {"status", "ok"}, {"message", ""}};
+  Json provenance = {{"schema", kDatasetSchema}, {"version", WHEELHOP_VERSION}, {"status", "ok"}, {"message", ""}};
   provenance["config"] = effective_config(config);
   provenance["records"] = Json::array();
   Vector noise_power = Vector::Zero(config.plant.sensor_count());
@@ -76,8 +108,13 @@ int run_generate(const GenerateRequest& request) {
     if (clean.status != Status::ok) {
       provenance["status"] = std::string(to_string(clean.status));
       provenance["message"] = fmt::format("record {}: {}", g + 1, clean.message);
-      write_json(request.out / "provenance.json", provenance);
-      std::fprintf(stderr, "record %zu: %s\n", g + 1, clean.message.c_str());
+      const bool holds_set = std::filesystem::exists(request.out / "records.json");
+      if (!holds_set) {
+        require_writable_folder(request.out);
+        write_json(request.out / "provenance.json", provenance);
+      }
+      std::fprintf(stderr, "record %zu: %s%s\n", g + 1, clean.message.c_str(),
+                   holds_set ? "; the set that stands in the folder is left as it is" : "");
       return 1;
     }
     for (Index r = 0; r < group.options.repeats; ++r) {
@@ -106,9 +143,13 @@ int run_generate(const GenerateRequest& request) {
     for (Index i = 0; i < noise_power.size(); ++i)
       set.noise_std[config.plant.sensors[static_cast<std::size_t>(i)].name] =
           std::sqrt(noise_power(i) / static_cast<double>(set.records.size()));
-  write_json(request.out / "plant.json", to_json(config.plant));
-  write_json(request.out / "provenance.json", provenance);
-  write_records(request.out, set);
+  set.identity = identity_of(provenance["config"], set);
+  provenance["set"] = set.identity;
+  StagedSet staged(request.out, "records.json");
+  write_json(staged.path() / "plant.json", to_json(config.plant));
+  write_json(staged.path() / "provenance.json", provenance);
+  write_records(staged.path(), set);
+  staged.publish(earlier_records(request.out), "provenance.json");
   return 0;
 }
 

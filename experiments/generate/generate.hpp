@@ -21,8 +21,12 @@ struct GenerateRequest {
 /// One DRIVE is used for every input, with other random numbers for each; inputs left out of a list stay at zero.
 /// Repeats share the drive and have fresh noise.
 ///
+/// The set appears as a whole or not at all (StagedSet), in place of an earlier one; other files in the folder stay.
+/// `records.json` and `provenance.json` bear the same `set`, which is another one for other numbers.
+///
 /// @return 0; 1 if a simulation left the domain of the plant's laws: then `provenance.json` alone is written and says
-/// where. UserError for every mistake in the config, before anything is computed. Progress on stderr unless `quiet`.
+/// where, and nothing where the folder holds a set already. UserError for every mistake in the config, before anything
+/// is computed. Progress on stderr unless `quiet`.
 int run_generate(const GenerateRequest& request);
 
 }  // namespace wheelhop

@@ -5,6 +5,7 @@
 #include "core/kernels/hankel.hpp"
 #include "core/plant/plant.hpp"
 #include "experiments/identify/study.hpp"
+#include "experiments/run/input_checks.hpp"
 
 namespace wheelhop {
 namespace {
@@ -28,8 +29,8 @@ void read_all_channels(const JsonCursor& cursor, IdentifyConfig& config) {
   if (const auto plant_file = cursor.find("plant")) {
     if (cursor.has("inputs") || cursor.has("outputs"))
       throw UserError(cursor.where() + ": expected either \"plant\" or \"inputs\" and \"outputs\", found both");
-    const Plant plant =
-        plant_file->is_string() ? load_plant(plant_file->directory() / plant_file->string()) : parse_plant(*plant_file);
+    const Plant plant = plant_file->is_string() ? load_acting_plant(plant_file->directory() / plant_file->string())
+                                                : require_acting_inputs(parse_plant(*plant_file), plant_file->where());
     config.inputs = plant.input_channels();
     config.outputs = plant.output_channels();
     return;
@@ -140,6 +141,8 @@ IdentifyConfig read_identify_config(const std::filesystem::path& file, const std
   cursor.done();
   check_nonlinearities(cursor, config);
   config.set = load_records(records, config.inputs, config.outputs);
+  require_sound_records(config.set, records);
+  require_held_out(config.set, records);
   choose_record(choice, records, config);
   check_record(records, config);
   config.effective = effective(config);

@@ -9,6 +9,7 @@
 #include "core/data/metrics.hpp"
 #include "core/identify/free_run_problem.hpp"
 #include "experiments/identify/study.hpp"
+#include "experiments/run/file_uses.hpp"
 #include "experiments/run/provenance.hpp"
 
 namespace wheelhop {
@@ -150,10 +151,12 @@ Json scores_json(const IdentifyConfig& config, const PipelineResult& result, con
 
 int run_identify(const IdentifyRequest& request) {
   const std::filesystem::path& out = request.out;
+  FileUses()
+      .reads_named("CONFIG", request.config)
+      .reads_named("--records", request.records)
+      .writes("--out", out)
+      .check();
   const IdentifyConfig config = read_identify_config(request.config, request.records);
-  require_writable_folder(out.parent_path());
-  if (std::filesystem::is_directory(out))
-    throw UserError(out.string() + ": expected the name of a file, found a folder");
   const Signal& training = config.training();
   if (!request.quiet)
     std::fprintf(stderr, "identifying from %s: %td samples, %td input(s), %td output(s)\n", config.record.c_str(),

@@ -12,6 +12,7 @@
 #include "experiments/generate/config.hpp"
 #include "experiments/identify/study.hpp"
 #include "experiments/rig/cases.hpp"
+#include "experiments/run/standard_output.hpp"
 #include "experiments/sweep/grid.hpp"
 #include "variants/table.hpp"
 
@@ -113,6 +114,7 @@ Json list_pieces() {
 }
 
 int run_list(const ListRequest& request) {
+  require_standard_output();
   if (request.json) {
     fmt::print("{}\n", list_pieces().dump(2));
     return 0;

@@ -8,7 +8,10 @@
 #include "core/base/files.hpp"
 #include "core/gap/evidence/noise_floor.hpp"
 #include "core/greybox/plant_fit.hpp"
+#include "experiments/run/file_uses.hpp"
+#include "experiments/run/input_checks.hpp"
 #include "experiments/run/provenance.hpp"
+#include "experiments/run/standard_output.hpp"
 #include "variants/table.hpp"
 
 namespace wheelhop {
@@ -114,16 +117,27 @@ Json to_json(const Plant& plant, const Plan& plan, const Vector& noise, const st
 }  // namespace
 
 int run_plan(const PlanRequest& request) {
-  Plant plant = unquantised(load_plant(request.plant));  // steps of a converter have no slope; noise covers them
+  FileUses uses;
+  uses.reads_named("--plant", request.plant).reads_named("--records", request.records);
+  if (!request.out.empty())
+    uses.writes("--out", request.out);
+  else
+    require_standard_output();
+  uses.check();
+  const Plant plant =
+      unquantised(load_acting_plant(request.plant));  // steps of a converter have no slope; noise covers them
   const RecordSet set = load_records(request.records, plant.input_channels(), {}, plant.output_channels());
+  require_sound_records(set, request.records);
   plant = with_drive_rate(std::move(plant), set);
-  if (!request.out.empty()) require_writable_folder(request.out.parent_path());
-  Planned planned = drives_of(plant, set);
+  require_hold_rate(plant, set, request.records);
+  Planned planned = at_records(set, request.records, [&] { return drives_of(plant, set); });
   Vector noise;
   std::vector<std::string> assumed;
   std::string message;
   Plan plan;
-  plan.status = plan_noise(plant, planned.records, set.noise_std, noise, assumed, plan.message);
+  plan.status = at_records(set, request.records, [&] {
+    return plan_noise(plant, planned.records, set.noise_std, noise, assumed, plan.message);
+  });
   if (plan.status == Status::ok) {
     for (FitRecord& record : planned.records) record.weight_std = record.weight_std.cwiseProduct(noise).eval();
     Operation operation;

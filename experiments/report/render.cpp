@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "experiments/run/file_uses.hpp"
 #include "experiments/run/home.hpp"
 
 extern char** environ;
@@ -35,7 +36,30 @@ Rendered render(const std::filesystem::path& result, const std::filesystem::path
   return {status, status == 0 ? "" : fmt::format("plots/render.mjs ended with status {}", status)};
 }
 
+namespace {
+
+/// The page and what it is drawn from. @param result folder of a reproduction or sweep, or a diagnosis file
+FileUses uses_of_report(const std::filesystem::path& result, const std::filesystem::path& page) {
+  FileUses uses;
+  std::filesystem::path standard = result;
+  std::error_code ignored;
+  if (std::filesystem::is_directory(result, ignored)) {
+    standard /= "report.html";
+    for (const char* name : {"table1.json", "table.json", "compare.json", "figures/figures.json"})
+      uses.reads("a file of RESULT", result / name);
+  } else {
+    standard.replace_extension(".html");
+    std::filesystem::path figures = result;
+    uses.reads_named("RESULT", result)
+        .reads("the figures' data beside RESULT", figures.replace_extension(".figures.json"));
+  }
+  return uses.writes(page.empty() ? "the page of RESULT" : "--out", page.empty() ? standard : page);
+}
+
+}  // namespace
+
 int run_report(const ReportRequest& request) {
+  uses_of_report(request.result, request.page).check();
   const Rendered drawn = render(request.result, request.page);
   if (drawn.exit_status != 0) std::fprintf(stderr, "wheelhop: report: %s\n", drawn.message.c_str());
   return drawn.exit_status == 0 ? 0 : drawn.exit_status == 2 ? 2 : 1;

@@ -8,6 +8,7 @@
 #include "core/base/files.hpp"
 #include "experiments/report/render.hpp"
 #include "experiments/reproduce/table.hpp"
+#include "experiments/run/file_uses.hpp"
 #include "experiments/run/jobs.hpp"
 
 namespace wheelhop {
@@ -53,6 +54,10 @@ void draw(const std::filesystem::path& out) {
 }  // namespace
 
 int run_reproduce(const ReproduceRequest& request) {
+  FileUses()
+      .reads_named("--config", request.config)
+      .writes_folder("--out", request.out, {"table1.json", "timing.json", "report.html", "figures/figures.json"})
+      .check();
   const ReproduceConfig config = read_reproduce_config(request);
   require_writable_folder(request.out);
   require_writable_folder(request.out / "figures");

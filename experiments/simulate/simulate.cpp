@@ -4,13 +4,14 @@
 
 #include <cstdio>
 
-#include "core/base/files.hpp"
 #include "core/data/records.hpp"
 #include "core/data/table.hpp"
 #include "core/greybox/plant_fit.hpp"
 #include "core/model/model_file.hpp"
 #include "core/plant/dataset.hpp"
 #include "experiments/identify/study.hpp"
+#include "experiments/run/file_uses.hpp"
+#include "experiments/run/input_checks.hpp"
 #include "variants/table.hpp"
 
 namespace wheelhop {
@@ -27,7 +28,7 @@ System load_system(const std::filesystem::path& file) {
   System system;
   const JsonCursor cursor = JsonCursor::load(file);
   if (!cursor.is_object() || !cursor.raw().contains("schema")) {
-    system.plant = parse_plant(cursor);
+    system.plant = require_acting_inputs(parse_plant(cursor), cursor.where());
     system.inputs = system.plant.input_channels();
     system.outputs = system.plant.output_channels();
     return system;
@@ -74,6 +75,8 @@ RecordSet load_set(const SimulateRequest& request, const System& system, bool& e
   if (request.x0 == "estimate") return load_records(request.records, system.inputs, system.outputs);
   try {
     return load_records(request.records, system.inputs, system.outputs);
+  } catch (const MachineError&) {
+    throw;
   } catch (const UserError& error) {
     RecordSet set = load_records(request.records, system.inputs, {});
     if (!request.quiet) std::fprintf(stderr, "starting from the zero state, outputs are not read: %s\n", error.what());
@@ -85,14 +88,21 @@ RecordSet load_set(const SimulateRequest& request, const System& system, bool& e
 }  // namespace
 
 int run_simulate(const SimulateRequest& request) {
+  FileUses()
+      .reads_named("SYSTEM", request.system)
+      .reads_named("--records", request.records)
+      .writes("--out", request.out)
+      .check();
+  require_table_name(request.out);
   System system = load_system(request.system);
   bool estimate = false;
   const RecordSet set = load_set(request, system, estimate);
+  require_sound_records(set, request.records);
   if (!system.model) system.plant = with_drive_rate(std::move(system.plant), set);
+  if (!system.model) require_hold_rate(system.plant, set, request.records);
   if (system.model && std::abs(system.model->sampling_hz / set.sampling_hz - 1) > 1e-9)
     throw UserError(fmt::format("{}: $.sampling_hz: expected {} as in {}, found {}", request.records.string(),
                                 system.model->sampling_hz, request.system.string(), set.sampling_hz));
-  require_writable_folder(request.out.parent_path());
   const bool several = set.records.size() > 1;
   Table table;
   if (several) table.names.push_back("record");

@@ -240,6 +240,8 @@ Json compute_row(const Grid& grid, std::size_t cell, Index realisation) {
       measure_solver(grid, config, records, realisation, row);
     else
       measure_pipeline(grid, config, records, realisation, row);
+  } catch (const MachineError&) {
+    throw;
   } catch (const UserError& error) {  // options that fit no data of this size
     put_status(row, Status::failed, error.what());
   }

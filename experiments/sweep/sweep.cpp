@@ -10,7 +10,9 @@
 #include "core/base/files.hpp"
 #include "core/base/status.hpp"
 #include "experiments/compare/compare.hpp"
+#include "experiments/run/file_uses.hpp"
 #include "experiments/run/provenance.hpp"
+#include "experiments/run/standard_output.hpp"
 #include "experiments/run/statistics.hpp"
 #include "experiments/sweep/cell.hpp"
 #include "experiments/sweep/folder.hpp"
@@ -188,6 +190,10 @@ int sweep_over(Ranks& ranks, const SweepRequest& request) {
   if (!ranks.first()) return follow(ranks, request);
   bool agreed = false;
   try {
+    FileUses()
+        .reads_named("CONFIG", request.config)
+        .writes_folder("--out", request.out, {"sweep.json", "rows.jsonl", "rows.csv", "table.json", "timing.json"})
+        .check();
     const Shard shard = read_shard(request.shard);
     const Grid grid = read_grid(request.config);
     if (ranks.size() > 1 && (shard.of > 1 || request.jobs > 1))
@@ -211,6 +217,7 @@ int sweep_over(Ranks& ranks, const SweepRequest& request) {
 }  // namespace
 
 int run_sweep(const SweepRequest& request) {
+  if (!request.recompute.empty() || request.dry_run) require_standard_output();
   if (!request.recompute.empty()) return recompute(request);
   if (request.config.empty()) throw UserError("sweep: expected a CONFIG (wheelhop sweep --help)");
   if (request.dry_run) return dry_run(read_grid(request.config), request);

@@ -124,6 +124,73 @@ test('pairs of places are shown where no single one explains all, and only there
   });
 });
 
+/** Calls change(parent, key) for every member of a value, at any depth. */
+function walk(value, change) {
+  for (const key of Object.keys(value)) {
+    if (value[key] !== null && typeof value[key] === 'object') walk(value[key], change);
+    change(value, key);
+  }
+}
+
+test('whatever stands in a text of the result stands in the page as it is, and never as markup or a pattern', () => {
+  const kept = new Set(['wheelhop.diagnosis/1', 'wheelhop.diagnosis_figures/1', 'gap', 'ok', 'retuned', 'gain', 'effect']);
+  const escaped = (text) => text.replace(/[&<>"']/g, (c) => `&#${c.charCodeAt(0)};`);
+  for (const hostile of ['<img src=x onerror=alert(1)>', "$& $' $` $1 $$", '"><script>x</script>', 'clip0 gradient_1 stroke-dasharray="1,0"', '&lt;b&gt; -->']) {
+    const spoil = (data) => {
+      walk(data, (parent, key) => {
+        if (typeof parent[key] === 'string' && !kept.has(parent[key])) parent[key] = `${parent[key]} ${hostile}`;
+      });
+      return data;
+    };
+    const diagnosis = spoil(diagnosisData());
+    diagnosis.how_far.excluded = hostile;
+    diagnosis.placebo.same = diagnosis.placebo.runs = hostile;
+    for (const { misfit, channel } of diagnosis.how_far.per_channel) assert.ok(misfit && channel.includes(hostile));
+    on(diagnosisFolder(diagnosis, spoil(diagnosisFiguresData())), (directory) => {
+      const run = render(directory);
+      assert.equal(run.status, 0, run.stderr);
+      const html = page(directory);
+      assert.doesNotMatch(html, /<(script|img|b)\b/);
+      assert.ok(html.includes(`It sits in strut. ${escaped(hostile)}`), 'the answer');
+      assert.ok(html.includes(`${escaped(hostile)} of ${escaped(hostile)} diagnoses`), 'the placebo');
+      // In a figure: the title of a panel, as text, and its words for who does not see it.
+      assert.ok(html.includes(`Record val.csv ${escaped(hostile)}: the stretch`), 'the words of a figure');
+      const svgText = hostile.replace(/&/g, '&amp;').replace(/</g, '&lt;').replace(/>/g, '&gt;');
+      assert.ok(html.includes(`acc ${svgText} (`), 'the title of a panel');
+      assert.equal(html.match(/<svg /g).length, 7);
+    });
+  }
+});
+
+test('a result with any part missing or of another kind gives a page, or one message and no stack trace', () => {
+  const paths = [];
+  const list = (value, path) => {
+    for (const key of Object.keys(value)) {
+      paths.push([...path, key]);
+      if (value[key] !== null && typeof value[key] === 'object') list(value[key], [...path, key]);
+    }
+  };
+  list({ diagnosis: diagnosisData() }, []);
+  // One of every eleven, with another kind of damage each time.
+  const damages = [(parent, key) => (Array.isArray(parent) ? parent.splice(key, 1) : delete parent[key]), (parent, key) => (parent[key] = null), (parent, key) => (parent[key] = 'text'), (parent, key) => (parent[key] = 7)];
+  let refused = 0;
+  paths.filter((_, i) => i % 11 === 1).forEach((path, i) => {
+    const data = { diagnosis: diagnosisData() };
+    const parent = path.slice(0, -1).reduce((value, key) => value[key], data);
+    damages[i % damages.length](parent, path.at(-1));
+    on(diagnosisFolder(data.diagnosis), (directory) => {
+      const run = render(directory);
+      assert.ok([0, 2].includes(run.status), `${path}: ${run.stderr}`);
+      assert.doesNotMatch(run.stderr, /^\s+at /m);
+      assert.equal(run.stderr.trim().split('\n').length, 1);
+      assert.equal(run.stderr === '', run.status === 0, `${path}: ${run.stderr}`);
+      assert.equal(existsSync(join(directory, 'd.html')), run.status === 0);
+      refused += run.status === 2;
+    });
+  });
+  assert.ok(refused > 3);
+});
+
 const MISTAKES = [
   ['no figures', diagnosisData(), null, /d\.figures\.json: the data of the page are not here; "wheelhop diagnose/],
   ['another schema', changed(diagnosisData(), (d) => (d.schema = 'x/1')), diagnosisFiguresData(), /\$\.schema: expected "wheelhop\.diagnosis\/1", found "x\/1"/],

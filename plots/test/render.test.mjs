@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { existsSync, readFileSync, readdirSync, rmSync } from 'node:fs';
+import { chmodSync, existsSync, readFileSync, readdirSync, rmSync, statSync } from 'node:fs';
 import { join } from 'node:path';
 import test from 'node:test';
 import { fileURLToPath } from 'node:url';
@@ -85,6 +85,17 @@ test('the report goes where --out says', () =>
     assert.equal(render(directory, '--out', page).status, 0);
     assert.ok(existsSync(page));
     assert.ok(!existsSync(join(directory, 'report.html')));
+  }));
+
+test('a page keeps its mode when it is drawn again, and takes no place of a figure', () =>
+  on(folder(), (directory) => {
+    assert.equal(render(directory).status, 0);
+    chmodSync(join(directory, 'report.html'), 0o640);
+    assert.equal(render(directory).status, 0);
+    assert.equal(statSync(join(directory, 'report.html')).mode & 0o777, 0o640);
+    const run = render(directory, '--out', join(directory, 'figures', '..', 'figures', 'figure5.svg'));
+    assert.equal(run.status, 2);
+    assert.match(run.stderr, /--out: expected a page of its own/);
   }));
 
 test('a model that diverged is drawn as far as it goes', () => {

@@ -56,6 +56,27 @@ test('the page holds every cell and number of the table, and no text of it can e
     assert.doesNotMatch(html, /https?:\/\/(?!www\.w3\.org)/);
   }));
 
+test('numbers of the result that are texts are escaped, and a part that is missing gives one message', () => {
+  const data = tableData();
+  data.excluded_cells = '<img src=x>';
+  data.until = { realisations: '<b>20</b>', claims: [] };
+  on(data, (run, page) => {
+    assert.equal(run.status, 0, run.stderr);
+    assert.doesNotMatch(page(), /<(img|b)\b/);
+    assert.ok(page().includes('&#60;img src=x&#62;'));
+  });
+  for (const damage of [(d) => (d.cells[0].columns.order = null), (d) => delete d.until.claims, (d) => (d.grid.axes[0] = null)]) {
+    const broken = tableData();
+    broken.until = { realisations: 20, claims: [] };
+    damage(broken);
+    on(broken, (run) => {
+      assert.equal(run.status, 2, run.stderr);
+      assert.equal(run.stderr.trim().split('\n').length, 1);
+      assert.doesNotMatch(run.stderr, /^\s+at /m);
+    });
+  }
+});
+
 test('axes that vary together are told to the page', () => {
   const data = tableData();
   data.grid.axes[0].zip = data.grid.axes[1].zip = 1;

@@ -2,8 +2,13 @@
 // that are known. And files: whole or not at all.
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <fstream>
 #include <thread>
 
@@ -11,6 +16,7 @@
 #include "core/base/json.hpp"
 #include "core/base/options.hpp"
 #include "core/base/place.hpp"
+#include "core/base/random.hpp"
 #include "core/base/status.hpp"
 #include "tests/support/folder.hpp"
 
@@ -99,6 +105,12 @@ TEST_CASE("a wrong value is named with its path, what was expected and what was 
   CHECK_THROWS_WITH(c.items(), Contains("$: expected an array, found an object"));
   CHECK_THROWS_WITH(c.at("n").at("x"), Contains("$.n: expected an object, found 3.5"));
   CHECK_THROWS_WITH(c.at("n").boolean(), Contains("expected true or false"));
+}
+
+TEST_CASE("a name that holds a NUL is refused by its place, wherever the NUL stands") {
+  for (const char* text : {R"({"file": "\u0000"})", R"({"file": "a\u0000.csv"})", R"({"file": "a.csv\u0000"})"})
+    CHECK_THROWS_WITH(cursor(text).at("file").string(), Contains("f.json: $.file: expected a string without"));
+  CHECK(cursor(R"({"file": "a\\u0000"})").at("file").string() == "a\\u0000");
 }
 
 TEST_CASE("whole numbers are read exactly and refused beyond their range") {
@@ -202,6 +214,67 @@ TEST_CASE("reading a file that is not there, or a folder, names it and says why"
   CHECK_FALSE(read_file("/proc/self/stat").empty());
 }
 
+namespace {
+
+/// Limits of reading as a test needs them, put back at its end.
+struct OtherLimits {
+  explicit OtherLimits(ReadLimits limits) { read_limits() = limits; }
+  ~OtherLimits() { read_limits() = {}; }
+};
+
+}  // namespace
+
+TEST_CASE("a pipe is read to its end however slowly it comes, and a silent one is refused") {
+  const test::Folder folder;
+  const fs::path pipe = folder / "pipe";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  const OtherLimits limits({.stream_bytes = 1e5, .silence_s = 0.3});
+  CHECK_THROWS_WITH(read_file(pipe), Contains("pipe: expected somebody to write") && Contains("--no-limits"));
+  std::string content;
+  {
+    const std::jthread writer([&] {
+      std::ofstream out(pipe);
+      for (int i = 0; i < 6; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        out << i << std::flush;
+      }
+    });
+    content = read_file(pipe);
+  }
+  CHECK(content == "012345");
+}
+
+TEST_CASE("a device or pipe that never ends is left at the limit, and one that ends before is read whole") {
+  const OtherLimits limits({.stream_bytes = 1e5});
+  CHECK_THROWS_WITH(read_file("/dev/zero"), Contains("/dev/zero: expected at most 100000 bytes"));
+  CHECK(read_file("/dev/null").empty());
+  const test::Folder folder;
+  const fs::path pipe = folder / "pipe";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  const auto handler = signal(SIGPIPE, SIG_IGN);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{99999}, std::size_t{100000}, std::size_t{300000}}) {
+    CAPTURE(size);
+    const std::jthread writer([&] { std::ofstream(pipe) << std::string(size, 'x'); });
+    if (size <= 100000)
+      CHECK(read_file(pipe).size() == size);
+    else
+      CHECK_THROWS_AS(read_file(pipe), UserError);
+  }
+  signal(SIGPIPE, handler);
+}
+
+TEST_CASE("a file larger than the memory is refused by name before it is read") {
+  const test::Folder folder;
+  write_file(folder / "huge", "x");
+  std::error_code error;
+  fs::resize_file(folder / "huge", std::uintmax_t{1} << 42, error);
+  if (error) {
+    WARN("skipped: no sparse files here");
+    return;
+  }
+  CHECK_THROWS_WITH(read_file(folder / "huge"), Contains("huge: cannot read: not enough memory"));
+}
+
 TEST_CASE("a write replaces the whole file and leaves nothing beside it") {
   const test::Folder folder;
   const std::string binary("\0\x01\r\n\xff", 5);
@@ -212,6 +285,26 @@ TEST_CASE("a write replaces the whole file and leaves nothing beside it") {
   write_json(folder / "b.json", Json{{"x", 0.1}});
   CHECK(read_file(folder / "b.json") == "{\n  \"x\": 0.1\n}\n");
   CHECK(JsonCursor::load(folder / "b.json").directory() == folder.path());
+}
+
+TEST_CASE("a file that is replaced keeps its mode, and a new one has the usual") {
+  const test::Folder folder;
+  Random random(51, Stream::parameters);
+  write_file(folder / "new", "x");
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  struct stat info {};
+  REQUIRE(::stat((folder / "new").c_str(), &info) == 0);
+  CHECK((info.st_mode & 07777) == (0666 & ~mask));
+  for (int trial = 0; trial < 50; ++trial) {
+    const auto mode = static_cast<mode_t>(0400 + random.integer(0400));
+    REQUIRE(::chmod((folder / "new").c_str(), mode) == 0);
+    write_file(folder / "new", std::to_string(trial));
+    REQUIRE(::stat((folder / "new").c_str(), &info) == 0);
+    CAPTURE(trial, mode);
+    CHECK((info.st_mode & 07777) == mode);
+    CHECK(read_file(folder / "new") == std::to_string(trial));
+  }
 }
 
 TEST_CASE("a link is written through, not replaced") {
@@ -249,6 +342,114 @@ TEST_CASE("a failed write keeps the old file, leaves nothing beside it, and says
   CHECK_THAT(message, Contains("a: cannot write: File too large"));
   CHECK(read_file(folder / "a") == "old");
   CHECK(folder.names() == std::vector<std::string>{"a"});
+}
+
+TEST_CASE("a set of files that is killed while it is put into place is whole or not there, never mixed") {
+  const test::Folder folder;
+  const fs::path place = folder / "set";
+  constexpr int files = 6;
+  const auto publish = [&](int number) {
+    StagedSet set(place, "index");
+    for (int i = 0; i < files; ++i) write_file(set.path() / ("f" + std::to_string(i)), std::to_string(number));
+    write_file(set.path() / "index", std::to_string(number));
+    set.publish({"old"});
+  };
+  // Kills fall at all times of two sets, however fast the disk is.
+  const auto start = std::chrono::steady_clock::now();
+  publish(-1);
+  const double once_us = std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
+  Random random(5, Stream::parameters);
+  int found = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    if (trial % 10 == 0) fs::remove_all(place);
+    const pid_t child = ::fork();
+    if (child == 0)
+      for (int number = 1000 * trial;; ++number) publish(number);
+    ::usleep(static_cast<useconds_t>(2.5 * once_us * random.uniform()));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    CAPTURE(trial);
+    if (!fs::exists(place / "index")) continue;
+    ++found;
+    const std::string number = read_file(place / "index");
+    for (int i = 0; i < files; ++i) CHECK(read_file(place / ("f" + std::to_string(i))) == number);
+  }
+  CHECK(found > 10);
+  publish(-1);
+  CHECK(read_file(place / "f0") == "-1");
+  remove_leftovers(place);
+  remove_leftovers(folder.path());
+  CHECK(folder.names() == std::vector<std::string>{"set"});
+  CHECK(std::distance(fs::directory_iterator(place), fs::directory_iterator()) == files + 1);
+}
+
+TEST_CASE("a set of files leaves what else stands in its folder, and nothing of a set that was given up") {
+  const test::Folder folder;
+  write_file(folder / "mine", "kept");
+  write_file(folder / "old", "of an earlier set");
+  {
+    StagedSet set(folder.path(), "index");
+    write_file(set.path() / "index", "half");
+  }
+  CHECK(folder.names() == std::vector<std::string>{"mine", "old"});
+  StagedSet set(folder.path(), "index");
+  write_file(set.path() / "index", "whole");
+  set.publish({"old"});
+  CHECK(read_file(folder / "index") == "whole");
+  CHECK(read_file(folder / "mine") == "kept");
+  CHECK_FALSE(fs::exists(folder / "old"));
+}
+
+TEST_CASE("what a process that has ended left half written is removed, and nothing else") {
+  const test::Folder folder;
+  const pid_t child = ::fork();
+  if (child == 0) {
+    write_file(temporary_beside(folder / "a.json"), "half");
+    fs::create_directory(temporary_beside(folder / "set"));
+    write_file(temporary_beside(folder / std::string(250, 'x')), "half");
+    ::_exit(0);
+  }
+  int state = 0;
+  REQUIRE(::waitpid(child, &state, 0) == child);
+  REQUIRE(WEXITSTATUS(state) == 0);
+  REQUIRE(folder.names().size() == 3);
+  const std::string gone = std::to_string(child);
+  const fs::path own = temporary_beside(folder / "a.json");
+  std::vector<std::string> kept = {own.filename(), ".a.json.elsewhere-9." + gone + ".0.part", "a." + gone + ".0.part",
+                                   ".a.json.part", ".hidden"};
+  for (const std::string& name : kept) write_file(folder / name, "kept");
+  remove_leftovers(folder.path());
+  std::sort(kept.begin(), kept.end());
+  CHECK(folder.names() == kept);
+}
+
+TEST_CASE("a fault of the machine is told from one of the name that was given") {
+  const test::Folder folder;
+  CHECK_THROWS_AS(write_file("/dev/full", "x"), MachineError);
+  for (const fs::path& name : {folder / "absent", folder.path(), folder / std::string(300, 'x')}) {
+    CAPTURE(name);
+    bool of_the_name = false;
+    try {
+      read_file(name);
+    } catch (const MachineError&) {
+    } catch (const UserError&) {
+      of_the_name = true;
+    }
+    CHECK(of_the_name);
+  }
+  write_file(folder / "a", "x");
+  struct rlimit before {};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const struct rlimit none = {0, before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &none);
+  bool of_the_machine = false;
+  try {
+    read_file(folder / "a");
+  } catch (const MachineError&) {
+    of_the_machine = true;
+  }
+  setrlimit(RLIMIT_NOFILE, &before);
+  CHECK(of_the_machine);
 }
 
 TEST_CASE("writers of one file at the same time leave one of their versions, whole") {

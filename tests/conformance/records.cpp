@@ -196,6 +196,22 @@ TEST_CASE("every mistake in records.json is named with its path") {
   refused(R"({"sampling_hz": 200, "sampling_hz": 200, "records": []})", "found \"sampling_hz\" again");
 }
 
+TEST_CASE("what is wrong with the file of a record is told with the place that names it") {
+  const Set set(record_text(100, 200));
+  write_file(set.folder / "bad.csv", "t,road,travel,acc\n0,1,2,x\n");
+  write_file(set.folder / "slow.csv", record_text(100, 50));
+  write_file(set.folder / "other.csv", "t,road\n0,1\n0.005,1\n");
+  for (const char* name : {"bad.csv", "slow.csv", "other.csv", "absent.csv", "a.xlsx"})
+    for (const int before : {0, 1, 2}) {
+      Json records = Json::array();
+      for (int i = 0; i < before; ++i) records.push_back({{"file", "a.csv"}, {"role", "estimation"}});
+      records.push_back({{"file", name}, {"role", "validation"}});
+      const std::string text = Json{{"sampling_hz", 200}, {"records", records}}.dump();
+      CHECK_THROWS_WITH(set.load(text),
+                        Contains(fmt::format("records.json: $.records[{}].file: ", before)) && Contains(name));
+    }
+}
+
 namespace {
 
 RecordSet sample_set() {

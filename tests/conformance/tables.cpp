@@ -3,11 +3,14 @@
 
 #include <fmt/format.h>
 #include <matio.h>
+#include <zlib.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
 
 #include "core/base/files.hpp"
 #include "core/base/random.hpp"
@@ -205,6 +208,27 @@ TEST_CASE("MAT vectors are read whatever their number type and direction, among 
                     Contains("variable \"road\": not there; known names: note, t, single"));
 }
 
+TEST_CASE("MAT vectors that another library packed are read at every length") {
+  const test::Folder folder;
+  const std::vector<std::uint8_t> bytes(40, 3);
+  const std::vector<std::int16_t> whole(40, -5);
+  const std::vector<float> single(40, 0.5f);
+  const std::vector<double> numbers(40, 0.1);
+  for (std::size_t n = 1; n <= 40; ++n) {
+    CAPTURE(n);
+    make_mat(folder / "a.mat", [&](mat_t* f) {
+      put(f, "bytes", MAT_C_UINT8, MAT_T_UINT8, {n, 1}, bytes.data());
+      put(f, "whole", MAT_C_INT16, MAT_T_INT16, {1, n}, whole.data());
+      put(f, "single", MAT_C_SINGLE, MAT_T_SINGLE, {n, 1}, single.data());
+      put(f, "a_longer_name", MAT_C_DOUBLE, MAT_T_DOUBLE, {1, n}, numbers.data());
+    });
+    const Table table = read_mat(folder / "a.mat");
+    const Vector first = table.columns.col(0), last = table.columns.col(static_cast<Index>(n) - 1);
+    CHECK(first == (Vector(4) << 3, -5, 0.5, 0.1).finished());
+    CHECK(last == first);
+  }
+}
+
 TEST_CASE("MAT variables that are no real finite vectors of one length are refused by name") {
   const test::Folder folder;
   double re[] = {1, 2, 3, 4}, im[] = {0, 1, 0, 1}, bad[] = {1, std::nan(""), 3, 4};
@@ -267,6 +291,159 @@ TEST_CASE("a file that is no MAT file, or a truncated one, is refused") {
       }
     }
   }
+}
+
+namespace {
+
+/// A MAT file by its bytes, in any order of bytes, of vectors that may lie about themselves.
+class MatText {
+ public:
+  explicit MatText(bool big) : big_(big) {
+    text_ = "MATLAB 5.0 MAT-file";
+    text_.resize(124, ' ');
+    text_ += big ? std::string("\1\0MI", 4) : std::string("\0\1IM", 4);
+  }
+
+  template <class Number>
+  std::string number(Number value) const {
+    std::string bytes(sizeof value, '\0');
+    std::memcpy(bytes.data(), &value, sizeof value);
+    if (big_) std::reverse(bytes.begin(), bytes.end());
+    return bytes;
+  }
+
+  /// @param declared size in the tag; -1: the true one
+  std::string element(std::uint32_t kind, const std::string& content, std::int64_t declared = -1) const {
+    const auto size = static_cast<std::uint32_t>(declared < 0 ? static_cast<std::int64_t>(content.size()) : declared);
+    if (size > 0 && size <= 4 && declared < 0)
+      return number<std::uint32_t>(kind | size << 16) + content + std::string(4 - size, '\0');
+    return number<std::uint32_t>(kind) + number<std::uint32_t>(size) + content +
+           std::string((8 - content.size() % 8) % 8, '\0');
+  }
+
+  /// A vector called `name` with these values, of class double. @param sides as declared
+  template <class Number>
+  std::string vector(const std::string& name, std::uint32_t kind, const std::vector<Number>& values,
+                     std::pair<std::int32_t, std::int32_t> sides, std::int64_t declared = -1) const {
+    std::string content;
+    for (const Number value : values) content += number(value);
+    return element(6, number<std::uint32_t>(6) + number<std::uint32_t>(0)) +
+           element(5, number(sides.first) + number(sides.second)) + element(1, name) + element(kind, content, declared);
+  }
+
+  void add(const std::string& variable, bool packed, std::int64_t declared = -1) {
+    const std::string whole =
+        number<std::uint32_t>(14) +
+        number(static_cast<std::uint32_t>(declared < 0 ? static_cast<std::int64_t>(variable.size()) : declared)) +
+        variable;
+    if (!packed) {
+      text_ += whole;
+      return;
+    }
+    uLongf size = ::compressBound(whole.size());
+    std::string small(size, '\0');
+    REQUIRE(::compress(reinterpret_cast<Bytef*>(small.data()), &size, reinterpret_cast<const Bytef*>(whole.data()),
+                       whole.size()) == Z_OK);
+    text_ += number<std::uint32_t>(15) + number(static_cast<std::uint32_t>(size)) + small.substr(0, size);
+  }
+
+  const std::string& text() const { return text_; }
+
+ private:
+  bool big_;
+  std::string text_;
+};
+
+template <class Number>
+void check_storage(std::uint32_t kind, Random& random) {
+  const test::Folder folder;
+  for (const bool big : {false, true})
+    for (const bool packed : {false, true}) {
+      MatText file(big);
+      const Index count = 1 + random.integer(9);
+      std::vector<Number> values;
+      for (Index k = 0; k < count; ++k) values.push_back(static_cast<Number>(random.integer(120)));
+      const auto length = static_cast<std::int32_t>(count);
+      file.add(file.vector("other", 9, std::vector<double>{1, 2}, {1, 2}), packed);
+      file.add(file.vector("x", kind, values, random.integer(2) ? std::pair(length, 1) : std::pair(1, length)), packed);
+      write_file(folder / "a.mat", file.text());
+      CAPTURE(kind, big, packed, count);
+      const Table table = read_mat(folder / "a.mat", {"x"});
+      REQUIRE(table.columns.cols() == count);
+      for (Index k = 0; k < count; ++k)
+        CHECK(table.columns(0, k) == static_cast<double>(values[static_cast<std::size_t>(k)]));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("MAT vectors are read in every type of storage, in both orders of bytes, packed and not") {
+  Random random(21, Stream::noise);
+  for (int i = 0; i < 5; ++i) {
+    check_storage<std::int8_t>(1, random);
+    check_storage<std::uint8_t>(2, random);
+    check_storage<std::int16_t>(3, random);
+    check_storage<std::uint16_t>(4, random);
+    check_storage<std::int32_t>(5, random);
+    check_storage<std::uint32_t>(6, random);
+    check_storage<float>(7, random);
+    check_storage<double>(9, random);
+    check_storage<std::int64_t>(12, random);
+    check_storage<std::uint64_t>(13, random);
+  }
+}
+
+TEST_CASE("a MAT variable that declares more or fewer values than it holds is refused, wherever it says so") {
+  const test::Folder folder;
+  Random random(22, Stream::noise);
+  for (int trial = 0; trial < 200; ++trial) {
+    MatText file(random.integer(2) != 0);
+    const bool packed = random.integer(2) != 0;
+    const auto count = static_cast<std::int32_t>(1 + random.integer(50));
+    const std::vector<double> values(static_cast<std::size_t>(count), 0.25);
+    const auto more = static_cast<std::int32_t>(1 + random.integer(trial % 2 ? 10 : 1000000000));
+    std::pair<std::int32_t, std::int32_t> sides(count, 1);
+    std::int64_t inner = -1, outer = -1;
+    const auto kind = random.integer(5);
+    if (kind == 0) sides.first += more;
+    if (kind == 1) inner = 8 * (static_cast<std::int64_t>(count) + more % 100000000);
+    if (kind == 2) sides = {count + more % 100000000, 1}, inner = 8 * static_cast<std::int64_t>(sides.first);
+    if (kind == 3) outer = 200 + 8 * static_cast<std::int64_t>(count) + more;
+    if (kind == 4) sides = {-count, 1};
+    CAPTURE(trial, kind, packed, count, more);
+    file.add(file.vector("x", 9, values, sides, inner), packed, outer);
+    write_file(folder / "lie.mat", file.text());
+    CHECK_THROWS_AS(read_mat(folder / "lie.mat", {"x"}), UserError);
+    CHECK_THROWS_WITH(read_mat(folder / "lie.mat"), Contains("lie.mat"));
+  }
+}
+
+TEST_CASE("what unpacks to far more than its size is refused, with the way to lift the limit, and read once lifted") {
+  const test::Folder folder;
+  const std::vector<double> zeros(1 << 20, 0.0);
+  MatText file(false);
+  file.add(file.vector("x", 9, zeros, {1 << 20, 1}), true);
+  write_file(folder / "a.mat", file.text());
+  std::string text = "x\n";
+  for (int k = 0; k < 1 << 20; ++k) text += "0000000\n";
+  write_file(folder / "a.csv.gz", pack_gzip(text));
+  const auto reads = [&](double bytes, double ratio) {
+    read_limits().unpacked_bytes = bytes;
+    read_limits().unpacked_ratio = ratio;
+    int count = 0;
+    for (const char* name : {"a.mat", "a.csv.gz"}) try {
+        count += read_table(folder / name).columns.cols() == 1 << 20;
+      } catch (const UserError& error) {
+        CHECK_THAT(error.what(), Contains(name) && Contains("expected at most") && Contains("--no-limits"));
+      }
+    read_limits() = {};
+    return count;
+  };
+  CHECK(reads(1e5, 16) == 0);
+  CHECK(reads(1e5, 2000) == 2);
+  CHECK(reads(1e7, 16) == 2);
+  CHECK(reads(std::numeric_limits<double>::infinity(), 1) == 2);
+  CHECK(read_table(folder / "a.mat").columns.isZero());
 }
 
 TEST_CASE("a MAT file of version 7.3 is refused with the way to save it") {

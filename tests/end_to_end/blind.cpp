@@ -1,4 +1,9 @@
 // `blind run`: every case gets an answer, a run that was stopped goes on, and families leave the catalogue.
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
 #include <filesystem>
 
@@ -81,6 +86,41 @@ TEST_CASE("a case that cannot be diagnosed is an answer with its reason, and a s
               {{"case", "case_001"}, {"effects", Json::array()}}});
   request.leave_out = answers / "key.json";
   CHECK_THROWS_WITH(run_blind_run(request), Contains("case_000.json") && Contains("bias"));
+}
+
+TEST_CASE("a full disk is no answer: the run stops, says how to go on, and the case is done again") {
+  const Folder cases, answers;
+  make_case(cases / "case_000", 9);
+  make_case(cases / "case_001", 2);
+  BlindRunRequest request{cases.path(), answers.path()};
+  request.quiet = true;
+  // A limit on the size of files answers as a full disk does. A plant is longer than this, and a short answer is not.
+  struct rlimit before {};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = signal(SIGXFSZ, SIG_IGN);
+  const struct rlimit small = {600, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  std::string message;
+  try {
+    run_blind_run(request);
+  } catch (const MachineError& error) {
+    message = error.what();
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  signal(SIGXFSZ, handler);
+  CHECK_THAT(message, Contains("case_000") && Contains("cannot write") && Contains("start the same command again"));
+  for (const std::string& name : answers.names()) CHECK((name.find("case_") == std::string::npos && name[0] != '.'));
+
+  if (const pid_t child = ::fork(); child == 0) {
+    write_file(temporary_beside(answers / "case_000.json"), "half");
+    ::_exit(0);
+  } else {
+    ::waitpid(child, nullptr, 0);
+  }
+  CHECK(run_blind_run(request) == 1);  // one case is too short, which is a fault of its own
+  CHECK(read(answers / "case_000.json").at("verdict") == "no_gap");
+  CHECK(read(answers / "case_001.json").contains("error"));
+  for (const std::string& name : answers.names()) CHECK(name[0] != '.');
 }
 
 TEST_CASE("a family that is left out has no candidate, and the others keep theirs") {

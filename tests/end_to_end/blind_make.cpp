@@ -149,6 +149,24 @@ TEST_CASE("a key inside the folder that is handed out, and a folder that is not 
         std::string::npos);
 }
 
+TEST_CASE("a key is never written over, whatever the seed") {
+  const test::Folder folder;
+  const fs::path config = config_in(folder, {none}, {{"samples", 200}});
+  fs::create_directory(folder / "key");
+  for (const char* name : {"key.json", "truth"}) {
+    write_file(folder / "key" / name, "sealed");
+    CHECK_THAT(refusal({config, folder / "out", folder / "key", 99, 1, true}),
+               Contains(name) && Contains("without a key"));
+    CHECK(read_file(folder / "key" / name) == "sealed");
+    CHECK_FALSE(fs::exists(folder / "out"));
+    fs::remove(folder / "key" / name);
+  }
+  const std::string before = read_file(config);
+  fs::rename(config, folder / "key/key.json");
+  CHECK_THAT(refusal({folder / "key/key.json", folder / "out", folder / "key", 99, 1, true}), Contains("CONFIG"));
+  CHECK(read_file(folder / "key/key.json") == before);
+}
+
 TEST_CASE("mistakes in a config are told with their place and the known names") {
   const test::Folder folder;
   const auto told = [&](const Json& change) {

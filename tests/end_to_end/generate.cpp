@@ -1,11 +1,18 @@
 // `generate` from config to folder: what it writes reads back, twice the same bytes, and mistakes leave nothing behind.
 #include "experiments/generate/generate.hpp"
 
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 #include <functional>
+#include <map>
 
 #include "core/base/files.hpp"
+#include "core/base/random.hpp"
 #include "core/base/status.hpp"
 #include "core/data/records.hpp"
 #include "core/plant/plant.hpp"
@@ -122,6 +129,72 @@ TEST_CASE("a drive beyond the end stop ends with status 1 and says where, no rec
   CHECK(provenance.at("status") == "outside_domain");
   CHECK_THAT(provenance.at("message").get<std::string>(), Contains("record 2") && Contains("\"suspension\""));
   CHECK_FALSE(std::filesystem::exists(folder / "out" / "records.json"));
+}
+
+TEST_CASE("a set that is generated over another one and killed is the one or the other, or none") {
+  const Folder folder;
+  Json config = small_config();
+  config["records"][0]["repeats"] = 12;
+  config["records"][0]["duration_s"] = config["records"][1]["duration_s"] = 0.5;
+  config["settle_s"] = 0;
+  // The second set has another seed and fewer records.
+  Json configs[2] = {config, config};
+  configs[1]["seed"] = 5;
+  configs[1]["records"][0]["repeats"] = 9;
+  std::map<std::string, std::string> whole[2];
+  const auto content = [](const std::filesystem::path& place) {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::directory_iterator(place))
+      if (entry.is_regular_file() && entry.path().filename().string()[0] != '.')
+        files[entry.path().filename()] = read_file(entry.path());
+    return files;
+  };
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < 2; ++i) {
+    const std::string out = "whole_" + std::to_string(i);
+    REQUIRE(generate(folder, configs[i], out).code == 0);
+    whole[i] = content(folder / out);
+  }
+  const double both_us = std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
+  CHECK(whole[0] != whole[1]);
+  Random random(31, Stream::parameters);
+  int found[2] = {0, 0};
+  for (int trial = 0; trial < 40; ++trial) {
+    CAPTURE(trial);
+    const pid_t child = ::fork();
+    if (child == 0)
+      for (int i = trial;; ++i) generate(folder, configs[i % 2], "out");
+    ::usleep(static_cast<useconds_t>(2 * both_us * random.uniform()));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    if (!std::filesystem::exists(folder / "out/records.json")) continue;
+    const auto files = content(folder / "out");
+    CHECK((files == whole[0] || files == whole[1]));
+    ++found[files == whole[1]];
+  }
+  CHECK(found[0] > 0);
+  CHECK(found[1] > 0);
+}
+
+TEST_CASE("a set stays as it is where another one cannot be simulated, and files of two sets are refused") {
+  const Folder folder;
+  REQUIRE(generate(folder, small_config(), "out").code == 0);
+  const std::string before = read_file(folder / "out/provenance.json");
+  Json config = small_config();
+  config["records"][1]["drive"]["road"]["rms"] = 0.08;
+  CHECK(generate(folder, config, "out").code == 1);
+  CHECK(read_file(folder / "out/provenance.json") == before);
+  CHECK(load(folder, "out").identity.size() == 16);
+
+  config = small_config();
+  config["seed"] = 6;
+  write_file(folder / "out/notes.txt", "mine");
+  REQUIRE(generate(folder, config, "out").code == 0);
+  CHECK(read_file(folder / "out/notes.txt") == "mine");
+  REQUIRE(generate(folder, small_config(), "other").code == 0);
+  CHECK(load(folder, "out").identity != load(folder, "other").identity);
+  write_file(folder / "out/records.json", read_file(folder / "other/records.json"));
+  CHECK_THROWS_WITH(load(folder, "out"), Contains("records.json: $.set") && Contains("two sets"));
 }
 
 TEST_CASE("a mistake in a config is named by file and path before anything is made") {
