@@ -124,8 +124,7 @@ int run_plan(const PlanRequest& request) {
   else
     require_standard_output();
   uses.check();
-  const Plant plant =
-      unquantised(load_acting_plant(request.plant));  // steps of a converter have no slope; noise covers them
+  Plant plant = unquantised(load_acting_plant(request.plant));  // steps of a converter have no slope; noise covers them
   const RecordSet set = load_records(request.records, plant.input_channels(), {}, plant.output_channels());
   require_sound_records(set, request.records);
   plant = with_drive_rate(std::move(plant), set);
