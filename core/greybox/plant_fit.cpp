@@ -369,6 +369,13 @@ SimulateOptions run_options(const Plant& plant, const FitRecord& record, const V
   return options;
 }
 
+namespace {
+
+/// Samples at either end of a record that are not compared, see `kUnsureEnds`.
+Index unsure_ends(const Plant& plant, Index samples) { return plant.held() ? 0 : std::min(kUnsureEnds, samples / 10); }
+
+}  // namespace
+
 FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std) {
   FitRecord record;
   const double sampling_hz = 1 / signal.sample_time_s;
@@ -378,9 +385,12 @@ FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef we
   for (Index i = 0; i < u.rows(); ++i)
     record.drive.row(i) = interpolate(u.row(i), record.ratio,
                                       interpolation_from(plant.inputs[static_cast<std::size_t>(i)].interpolation));
-  const Index unsure = plant.held() ? 0 : std::min(kUnsureEnds, signal.samples() / 10);
-  record.y = signal.y.leftCols(signal.samples() - unsure);
-  record.skip = std::min(std::max(signal.skip, unsure), record.y.cols() - 1);
+  record.y = signal.y;
+  record.skip = signal.skip;
+  if (const Index unsure = unsure_ends(plant, signal.y.cols()); unsure > 0) {
+    record.y.conservativeResize(Eigen::NoChange, signal.y.cols() - unsure);
+    record.skip = std::min(std::max(signal.skip, unsure), record.y.cols() - 1);
+  }
   record.weight_std = weight_std;
   return record;
 }
@@ -397,7 +407,9 @@ Plant with_drive_rate(Plant plant, const RecordSet& set) {
       const FitRecord drive = fit_record(plant, record.signal, Vector::Ones(plant.sensor_count()));
       const Simulation run = simulate_measured(plant, drive.drive, run_options(plant, drive));
       if (run.status != Status::ok) return false;
-      readings.push_back(run.outputs.middleCols(drive.skip, drive.y.cols() - drive.skip));
+      // The records of a plan hold no readings: their inputs tell how long they are.
+      const Index samples = record.signal.u.cols(), unsure = unsure_ends(plant, samples);
+      readings.push_back(run.outputs.middleCols(unsure, samples - 2 * unsure));
     }
     return true;
   };
