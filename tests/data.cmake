@@ -5,4 +5,5 @@ wheelhop_tests(data wheelhop_data PkgConfig::matio ZLIB::ZLIB
   conformance/records.cpp
   conformance/tables.cpp
   lemma/resample.cpp
-  lemma/spectra.cpp)
+  lemma/spectra.cpp
+  lemma/spikes.cpp)

@@ -14,7 +14,7 @@ wheelhop_tests(gap wheelhop_gap wheelhop_variants
   conformance/effects.cpp
   lemma/locate.cpp
   lemma/operation.cpp
-  lemma/scale.cpp
+  lemma/instrument_faults.cpp
   lemma/shares.cpp
   lemma/profile.cpp
   lemma/split.cpp

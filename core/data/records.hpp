@@ -19,10 +19,27 @@ struct Record {
   Signal signal;
 };
 
+/// A bad sample that was bridged.
+struct Spike {
+  std::string file, channel;
+  double time_s = 0;   ///< from the first sample of the file on
+  double value = 0;    ///< as measured
+  double instead = 0;  ///< as it is used
+  template <class V>
+  void fields(V&& visit) {
+    visit("file", file);
+    visit("channel", channel);
+    visit("time_s", time_s);
+    visit("value", value);
+    visit("instead", instead);
+  }
+};
+
 struct RecordSet {
   double sampling_hz = 0;
   std::vector<Record> records;
   std::map<std::string, double> noise_std;  ///< by channel, in the unit of the channel; may be empty
+  std::vector<Spike> spikes;                ///< that were bridged after reading (spikes.hpp)
   std::string identity;                     ///< of a generated set: `set` in its JSON files; empty: none
 
   /// The records of a role, in the order of the file.

@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/gap/checks.hpp"
-#include "core/gap/evidence/scale.hpp"
+#include "core/gap/evidence/instrument_faults.hpp"
 #include "core/gap/verdict/posterior.hpp"
-#include "core/gap/verdict/scales.hpp"
 #include "core/gap/where/locate.hpp"
 #include "core/gap/where/unknown.hpp"
+#include "core/gap/which/correction.hpp"
 #include "core/gap/which/parameter_label.hpp"
 #include "core/gap/which/shares.hpp"
 
@@ -69,9 +70,32 @@ std::vector<LatticeEvidence> lattices_of(const Study& study, const Hypothesis& r
   return list;
 }
 
+/// Of the clock among gross faults; 0 without that.
+double clock_skew_of(const std::vector<InstrumentFault>& faults) {
+  for (const InstrumentFault& fault : faults)
+    if (fault.effect == "clock_skew") return fault.value;
+  return 0;
+}
+
+/// Candidates none of whose parameters is one of the plant's own already: it is fitted inside its tolerance, and may be
+/// set free of that.
+CandidateList without_fitted(const CandidateList& candidates, const std::vector<FitParameter>& own) {
+  return [&candidates, &own](const Plant& plant, const Operation& operation) {
+    std::vector<EffectCandidate> list = candidates(plant, operation);
+    std::erase_if(list, [&](const EffectCandidate& candidate) {
+      return std::any_of(candidate.parameters.begin(), candidate.parameters.end(), [&](const FitParameter& parameter) {
+        return std::any_of(own.begin(), own.end(),
+                           [&](const FitParameter& other) { return other.name == parameter.name; });
+      });
+    });
+    return list;
+  };
+}
+
 /// What the stages, the noise and the places tell; candidates are yet to come.
+/// @param faults gross ones that are not corrected
 Evidence evidence_of_stages(const Study& study, const NoiseFloor& floor, const Hypothesis& delivered,
-                            const Hypothesis& retuned) {
+                            const Hypothesis& retuned, std::vector<InstrumentFault> faults) {
   const GapData& data = study.data;
   Evidence evidence;
   evidence.noise = {{floor.std.begin(), floor.std.end()}, to_string(floor.source), floor.power_error, floor.colour};
@@ -93,11 +117,11 @@ Evidence evidence_of_stages(const Study& study, const NoiseFloor& floor, const H
   const auto count = static_cast<Index>(evidence.tolerances.size());
   evidence.retuned_stopped = stopped(retuned.fit, count);
   evidence.tolerance_covariance = retuned.fit.covariance.topLeftCorner(count, count);
-  evidence.wrong_scales = wrong_scales(delivered.fit, data.fitted);
-  // Around a channel in another unit re-tuning bends the plant out of all shape, and signals at its places tell
-  // nothing.
-  Located located = locate_needed(one_scale(evidence.wrong_scales, evidence.channels) ? delivered.fit : retuned.fit,
-                                  data.fitted, data.noise_shares);
+  evidence.gross_faults = std::move(faults);
+  // Around a gross fault that is not corrected re-tuning bends the plant out of all shape, and signals at its places
+  // tell nothing.
+  Located located =
+      locate_needed(evidence.gross_faults.empty() ? retuned.fit : delivered.fit, data.fitted, data.noise_shares);
   evidence.places = std::move(located.places);
   evidence.place_pairs = std::move(located.pairs);
   evidence.places_needed = located.needed;
@@ -143,8 +167,10 @@ double share_of(const Diagnosis& diagnosis, const Suspect& suspect) {
   const auto first = std::find_if(suspects.begin(), suspects.end(),
                                   [&](const Suspect& other) { return other.name() == suspect.name(); });
   const auto& named = diagnosis.verdict.named;
-  const Index i = std::find(named.begin(), named.end(), suspect.name()) - named.begin();
-  return &*first == &suspect && i < diagnosis.follow_up.shares.size() ? diagnosis.follow_up.shares(i) : kUnknown;
+  const auto faults = static_cast<Index>(diagnosis.evidence.correction.faults.size());  // named first, and not shared
+  const Index i = std::find(named.begin(), named.end(), suspect.name()) - named.begin() - faults;
+  return &*first == &suspect && i >= 0 && i < diagnosis.follow_up.shares.size() ? diagnosis.follow_up.shares(i)
+                                                                                : kUnknown;
 }
 
 Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList& candidates, const GapSolvers& solvers,
@@ -153,27 +179,51 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   diagnosis.thresholds = options.thresholds;
   diagnosis.effort = options.effort;
   diagnosis.plant = diagnosis.retuned_plant = plant;
-  diagnosis.floor = noise_floor(set);
-  const GapData data = gap_data(plant, set, diagnosis.floor, options.block_s);
-  const Study study{plant, data, solvers, candidates, tolerance_parameters(plant), options.iterations};
+  diagnosis.spikes = set.spikes;
+  diagnosis.floor = noise_floor(prediction_errors(plant, set));
+  GapData data = gap_data(plant, set, diagnosis.floor, options.block_s);
+  const Study plain{plant, data, solvers, candidates, tolerance_parameters(plant), options.iterations};
+  const Bootstrap bootstrap{options.draws, diagnosis.floor.power_error, seed};
+  Base base{plant, {}, {}};
   if (step) step("the plant as delivered");
-  const Hypothesis delivered = fit_hypothesis(study, plant, {});
+  base.delivered = fit_hypothesis(plain, plant, {});
+  std::vector<InstrumentFault> faults = gross_faults(base.delivered.fit, data.fitted);
+  if (const double skew = clock_skew_of(faults); skew > 0) {
+    leave_out_end(data, skew);
+    base.delivered = fit_hypothesis(plain, plant, {});
+  }
   if (step) step("re-tuning inside the tolerances");
-  const Hypothesis retuned = fit_hypothesis(study, plant, study.tolerances);
+  base.retuned = fit_hypothesis(plain, plant, plain.tolerances);
+  diagnosis.retuned_plant = base.retuned.fit.plant;
+  const GapStage as_delivered = base.delivered.stage;
+  CorrectionEvidence correction;
+  if (cannot_follow(plant, data, base.delivered, base.retuned).empty()) {
+    if (step && !faults.empty()) step("gross faults of instruments");
+    if (std::optional<Base> better =
+            corrected(plain, base, faults, diagnosis.floor.colour, bootstrap, options.thresholds, correction)) {
+      base = std::move(*better);
+      faults.clear();
+    }
+  }
+  const std::vector<FitParameter> tolerances = tolerance_parameters(base.plant);
+  const CandidateList others = without_fitted(candidates, tolerances);
+  const Study study{base.plant, data, solvers, others, tolerances, options.iterations};
+  const Hypothesis &delivered = base.delivered, &retuned = base.retuned;
   if (step) step("where it enters");
   Evidence& evidence = diagnosis.evidence;
-  evidence = evidence_of_stages(study, diagnosis.floor, delivered, retuned);
+  evidence = evidence_of_stages(study, diagnosis.floor, delivered, retuned, std::move(faults));
+  evidence.delivered = as_delivered;
+  evidence.correction = std::move(correction);
   if (!evidence.cannot_follow.empty()) {
     diagnosis.status = Status::outside_domain;
     diagnosis.verdict = decide(evidence, options.thresholds);
+    diagnosis.retuned_plant = plant;
     return diagnosis;
   }
-  diagnosis.retuned_plant = retuned.fit.plant;
-  const Bootstrap bootstrap{options.draws, diagnosis.floor.power_error, seed};
   const Search search{study, options.thresholds, options.effort, bootstrap, delivered, retuned, step};
   if (step) step("every effect at every place");
   Changes changes;
-  Candidates singles = find_singles(search, diagnosis.floor.colour, evidence.wrong_scales, changes);
+  Candidates singles = find_singles(search, diagnosis.floor.colour, changes);
   evidence.singles = singles.evidence;
   FreedParameters freed = free_parameters(search, parameters_to_free(search, evidence));
   evidence.freed = freed.evidence;
@@ -197,7 +247,11 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
       answer = &beside.fits.front();
   }
   diagnosis.plant = answer ? answer->fit.plant : retuned.fit.plant;
+  if (!evidence.correction.faults.empty())
+    evidence.correction.closure_with_answer = closure(evidence.correction.retuned_without.blocks,
+                                                      corrected_stage(evidence, diagnosis.verdict).blocks, bootstrap);
   if (is<Effects>(diagnosis.verdict)) diagnosis.follow_up = follow_up(search, *answer, diagnosis, singles, pairs);
+  if (is<Instruments>(diagnosis.verdict)) diagnosis.follow_up.places_left = evidence.places;
   return diagnosis;
 }
 

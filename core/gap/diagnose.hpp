@@ -54,6 +54,7 @@ struct Diagnosis {
   Evidence evidence;
   Verdict verdict;
   FollowUp follow_up;
+  std::vector<Spike> spikes;  ///< bad samples of the records, bridged before anything was asked
   Plant plant;          ///< with the answer
   Plant retuned_plant;  ///< re-tuned inside the tolerances, without any effect
 };

@@ -10,6 +10,7 @@
 
 #include "core/base/files.hpp"
 #include "core/base/status.hpp"
+#include "core/data/spikes.hpp"
 #include "core/greybox/plant_fit.hpp"
 #include "experiments/blind/score_calibration.hpp"
 #include "experiments/blind/score_key.hpp"
@@ -83,7 +84,8 @@ Found find_answer(const fs::path& file, const std::vector<std::string>& left_out
 bool answer_case(const fs::path& folder, const fs::path& out, const std::vector<std::string>& left_out) {
   try {
     Plant plant = load_acting_plant(folder / "plant.json");
-    const RecordSet set = load_records(folder / "records.json", plant.input_channels(), plant.output_channels());
+    RecordSet set = load_records(folder / "records.json", plant.input_channels(), plant.output_channels());
+    bridge_spikes(set);
     require_sound_records(set, folder / "records.json");
     require_held_out(set, folder / "records.json");
     plant = with_drive_rate(std::move(plant), set);

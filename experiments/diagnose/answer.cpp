@@ -39,13 +39,12 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
   const double times = std::sqrt(std::max(evidence.delivered.misfit - 1, 0.0));
   const std::string gap = fmt::format("The gap is {:.1f} x the noise.", times);
   const auto best = [&]() -> const Suspect& { return verdict.suspects.front(); };
-  const std::string outcome = outcome_of(verdict);
   const Closure closure = closure_of(evidence, verdict);
   if (is<NoGap>(verdict))
     return times < 1 ? "No gap: what the plant leaves is noise, every parameter inside its tolerance."
                      : gap + " Parameters that differ inside their tolerances explain it" +
                            most_retuned_in_words(evidence) + "; nothing is missing.";
-  if (outcome == "parameter")
+  if (is<Parameters>(verdict) && verdict.named.size() == 1 && is_parameter_error(best().effect))
     return fmt::format(
         "{} {} at {} explains it (P {:.2f}){}{}.", gap, best().effect, best().location, best().probability,
         known(closure) ? " and removes " + percent(closure) + " of it" : "; the validation records do not show it",
@@ -75,7 +74,7 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
   std::string shares;  // the closure's parts
   for (Index i = 0; i < follow_up.shares.size(); ++i)
     shares += fmt::format("{} {:.0f} % by {}", i == 0 ? ":" : ",", 100 * follow_up.shares(i),
-                          verdict.named[static_cast<std::size_t>(i)]);
+                          verdict.named[static_cast<std::size_t>(i) + evidence.correction.faults.size()]);
   // An answer that closes little was found in the fitted records: those held out hold little of its effect.
   const std::string ending = verdict.named.size() > 1 ? " " : "s ";
   const std::string effect =
@@ -98,6 +97,7 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
       left > kClear && !follow_up.places_left.empty())
     text += fmt::format(" {:.1f} x the noise is left, most likely from {}.", std::sqrt(left),
                         follow_up.places_left.front().location);
+  if (is<Instruments>(verdict) && !verdict.message.empty()) text += " " + verdict.message + ".";
   const std::string it = verdict.named.size() > 1 ? " One of the two" : " It";
   for (const std::string& other : verdict.ambiguous_with) text += it + " could also be " + other + ".";
   if (!follow_up.separating.test.empty())
@@ -120,6 +120,17 @@ void print_place_pairs(const Diagnosis& diagnosis) {
   }
 }
 
+/// Bad samples with their times; of many the first ones.
+void print_bridged(const std::vector<Spike>& spikes) {
+  constexpr std::size_t told = 5;
+  if (spikes.empty()) return;
+  fmt::print("bad samples, bridged and not judged: {}\n", spikes.size());
+  for (std::size_t i = 0; i < std::min(told, spikes.size()); ++i)
+    fmt::print("  {} of {} at {:.6g} s: {:.4g} for {:.4g}\n", spikes[i].channel, spikes[i].file, spikes[i].time_s,
+               spikes[i].value, spikes[i].instead);
+  if (spikes.size() > told) fmt::print("  and {} more in the result file (bridged_samples)\n", spikes.size() - told);
+}
+
 /// The confusion row of the answer.
 void print_placebo(const Placebo& placebo) {
   if (!placebo.why_not.empty()) {
@@ -137,6 +148,7 @@ void print_placebo(const Placebo& placebo) {
 void print(const Diagnosis& diagnosis, const Placebo* placebo) {
   fmt::print("{}\n", answer(diagnosis.evidence, diagnosis.verdict, diagnosis.follow_up));
   if (placebo != nullptr) print_placebo(*placebo);
+  print_bridged(diagnosis.spikes);
   if (!diagnosis.evidence.held_out)
     fmt::print("No record has the role \"validation\": every figure is of the records that were fitted, too kind.\n");
   const std::string from =
@@ -144,7 +156,7 @@ void print(const Diagnosis& diagnosis, const Placebo* placebo) {
   fmt::print("\nmean squared error over the noise's, 1 is the floor ({}; {}{})\n", to_string(diagnosis.floor.source),
              diagnosis.evidence.held_out ? "held-out records" : "fitted records", from);
   fmt::print("  as delivered {:10.3f}\n  re-tuned     {:10.3f}   inside the tolerances{}\n",
-             diagnosis.evidence.delivered.misfit, diagnosis.evidence.retuned.misfit,
+             diagnosis.evidence.delivered.misfit, retuned_of(diagnosis.evidence).misfit,
              diagnosis.evidence.delivered.misfit - 1 > kNextToNothing
                  ? fmt::format("; removes {:.0f} %",
                                std::round(100 * closure_of_retuning(diagnosis.evidence)) + 0.0)  // no "-0"
@@ -174,7 +186,7 @@ void print(const Diagnosis& diagnosis, const Placebo* placebo) {
 
 void print_ceiling(const Diagnosis& diagnosis, const Ceiling& ceiling) {
   if (ceiling.location.empty()) return;
-  const double whole = diagnosis.evidence.delivered.misfit - 1, left = diagnosis.evidence.retuned.misfit - 1;
+  const double whole = diagnosis.evidence.delivered.misfit - 1, left = retuned_of(diagnosis.evidence).misfit - 1;
   fmt::print("\nhow far the gap shrinks, in per cent{:>43}{:>28}\n", "of it as delivered",
              left > kNextToNothing ? "of what re-tuning leaves" : "");
   const bool outside = is_place(diagnosis.verdict);

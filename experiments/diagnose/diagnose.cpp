@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "core/base/files.hpp"
+#include "core/data/spikes.hpp"
 #include "core/greybox/plant_fit.hpp"
 #include "experiments/diagnose/answer.hpp"
 #include "experiments/diagnose/json.hpp"
@@ -29,7 +30,9 @@ constexpr std::uint64_t kBootstrapSeed = 1, kPlaceboSeed = 3;
 Plant bare_plant(const Plant& plant, const Diagnosis& diagnosis) {
   if (is_place(diagnosis.verdict) || is<Insufficient>(diagnosis.verdict)) return diagnosis.retuned_plant;
   Plant bare = plant;
-  if (outcome_of(diagnosis.verdict) == "parameter" || is<NoGap>(diagnosis.verdict)) return bare;
+  const bool parameter = is<Parameters>(diagnosis.verdict) && diagnosis.evidence.correction.faults.empty() &&
+                         is_parameter_error(diagnosis.verdict.suspects.front().effect);
+  if (parameter || is<NoGap>(diagnosis.verdict)) return bare;
   for (const FitParameter& moved : tolerance_parameters(plant))
     set_parameter(bare, moved.name, get_parameter(diagnosis.plant, moved.name));
   return bare;
@@ -97,7 +100,8 @@ int run_diagnose(const DiagnoseRequest& request) {
     uses.writes("--report", request.report).writes("the figures' data beside --out", figures_beside(request.out));
   uses.check();
   Plant plant = load_acting_plant(request.plant);
-  const RecordSet set = load_records(request.records, plant.input_channels(), plant.output_channels());
+  RecordSet set = load_records(request.records, plant.input_channels(), plant.output_channels());
+  bridge_spikes(set);
   require_sound_records(set, request.records);
   require_held_out(set, request.records);
   plant = with_drive_rate(std::move(plant), set);

@@ -146,7 +146,7 @@ Json where_json(const Plant& plant, const Diagnosis& diagnosis, const Examinatio
 Json how_far_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination) {
   Json far = {
       {"as_delivered", stage_json(plant, diagnosis.evidence.delivered)},
-      {"retuned", stage_json(plant, diagnosis.evidence.retuned)},
+      {"retuned", stage_json(plant, retuned_of(diagnosis.evidence))},
       {"with_effect", stage_json(plant, corrected_stage(diagnosis.evidence, diagnosis.verdict))},
       {"floor", {{"std", by_channel(plant, diagnosis.floor.std)}, {"source", to_string(diagnosis.floor.source)}}},
       {"held_out", diagnosis.evidence.held_out},
@@ -193,6 +193,15 @@ Json how_far_json(const Plant& plant, const Diagnosis& diagnosis, const Examinat
                             {"excursions", excursions},
                             {"flagged", beyond.flagged}};
   return far;
+}
+
+Json bridged_json(std::vector<Spike> spikes) {
+  Json out = Json::array();
+  for (Spike& spike : spikes) {
+    out.push_back(Json::object());
+    spike.fields([&](const char* name, const auto& value) { out.back()[name] = value; });
+  }
+  return out;
 }
 
 Json search_json(SearchEffort effort) {
@@ -251,6 +260,7 @@ Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examin
           {"evidence", to_json(diagnosis.evidence)},
           {"thresholds", to_json(diagnosis.thresholds)},
           {"search", search_json(diagnosis.effort)},
+          {"bridged_samples", bridged_json(diagnosis.spikes)},
           {"retuning", tolerances},
           {"corrected_plant", corrected},
           {"provenance", provenance()}};

@@ -4,6 +4,7 @@
 
 #include "core/base/status.hpp"
 #include "core/gap/verdict/decide.hpp"
+#include "core/gap/verdict/faults.hpp"
 #include "core/gap/verdict/posterior.hpp"
 #include "tests/support/evidence.hpp"
 
@@ -240,7 +241,7 @@ TEST_CASE("an answer from a place that another signal explains better loses its 
 
 TEST_CASE("channels in another unit are told wherever nothing is named") {
   Evidence evidence = evidence_with_gap(1);
-  evidence.wrong_scales = {{"travel", 1000}};
+  evidence.gross_faults = {{"gain_error", "sensor:travel", 1000}};
   CHECK_THAT(decide(evidence).message, Catch::Contains("travel reads 1e+03 times"));
   evidence.singles = friction().singles;
   CHECK(decide(evidence).message.empty());
@@ -255,4 +256,60 @@ TEST_CASE("every threshold has a unit, a meaning, an origin and a reason, and a 
   }
   std::sort(names.begin(), names.end());
   CHECK(std::adjacent_find(names.begin(), names.end()) == names.end());
+}
+
+TEST_CASE("gross faults that were corrected are named before the answer, and are the answer where it has no name") {
+  const auto corrected = [](Evidence evidence) {
+    evidence.correction.faults = {{"gain_error", "sensor:travel", "gain", {{"sensor:travel.gain", 0.001, 1e-6}}, {}}};
+    evidence.correction.retuned_without = stage_at(1000);
+    evidence.correction.closure = {0.9, 0.89, 0.91};
+    evidence.correction.closure_with_answer = {0.99, 0.98, 1};
+    return evidence;
+  };
+  const std::string fault = "gain_error@sensor:travel";
+  for (const auto& [row, evidence] : rows()) {
+    CAPTURE(row);
+    if (row == "0") continue;
+    const Verdict alone = decide(evidence), both = decide(corrected(evidence));
+    REQUIRE_FALSE(both.named.empty());
+    CHECK(both.named.front() == fault);
+    CHECK(both.locations.front().location == "sensor:travel");
+    CHECK(both.suspects.front().name() == fault);
+    CHECK_THAT(both.row, Catch::StartsWith("5, "));
+    if (is<Instruments>(both)) {
+      CHECK(both.named.size() == 1);
+      CHECK(closure_of(corrected(evidence), both).value == 0.9);
+      CHECK(outcome_of(both) == "effect");
+    } else {
+      CHECK(both.named.size() == alone.named.size() + 1);
+      CHECK(outcome_of(both) == "several");
+    }
+  }
+  CHECK(closure_of(corrected(friction()), decide(corrected(friction()))).value == 0.99);
+  CHECK(closure_of_retuning(corrected(friction())) < 0);  // of the plant without the correction
+}
+
+TEST_CASE("faults go into the plant only where they explain what re-tuning does not") {
+  const Thresholds thresholds;
+  CHECK(faults_explain(50000, 12000, 10000, 1, thresholds));
+  CHECK_FALSE(faults_explain(50000, 35000, 10000, 1, thresholds));
+  CHECK_FALSE(faults_explain(10060, 10030, 10000, 1, thresholds));
+  CHECK_FALSE(faults_explain(10060, 10010, 10000, 4, thresholds));
+}
+
+TEST_CASE("a parameter that the records tell only against one other component may be right, and that one off instead") {
+  Evidence evidence = evidence_with_gap(0.05);
+  evidence.retuned_prior_chi2 = 100;
+  evidence.freed = {freed(evidence, 0, 0.01)};
+  evidence.tolerances.push_back({"suspension.linear_spring.stiffness_n_per_m", "stiffness_error", "suspension"});
+  evidence.freed[0].not_told_from = {1, 3};
+  const Verdict verdict = decide(evidence);
+  CHECK(outcome_of(verdict) == "ambiguous");
+  CHECK(verdict.named == Names{"mass_error@body"});
+  CHECK(verdict.ambiguous_with == Names{"damping_error@suspension", "stiffness_error@suspension"});
+  CHECK(verdict.suspects.front().probability <= 0.5);
+  CHECK(verdict.suspects.front().parameters.front().std == 0);
+  CHECK_THAT(verdict.message, Catch::Contains("only against"));
+  evidence.freed[0].not_told_from = {1, 2};  // of two components: one that is wrong is more probable than two
+  CHECK(outcome_of(decide(evidence)) == "parameter");
 }

@@ -4,6 +4,8 @@
 
 #include "core/data/metrics.hpp"
 #include "core/gap/evidence/noise_floor.hpp"
+#include "core/plant/dataset.hpp"
+#include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 
 using namespace wheelhop;
@@ -168,4 +170,56 @@ TEST_CASE("readings of a converter show its step, others show none") {
   CHECK(lattice_step(fine) == 0);
   CHECK(lattice_step(Vector::Constant(100, 3.0)) == 0);
   CHECK(lattice_step(Vector()) == 0);
+}
+
+TEST_CASE(
+    "noise of a measured drive is in the floor of a prediction, and a drive that differed from run to run is not") {
+  const Plant plant = plant_from(quarter_car_text);
+  const double noise = 0.01, sampling_hz = 200;
+  for (const bool measured_wrong : {true, false}) {
+    Random random = numbers(88);
+    RecordSet set;
+    set.sampling_hz = sampling_hz;
+    const Matrix drive = 0.004 * random.normal(1, 4000);
+    Vector response = Vector::Zero(3);
+    for (int r = 0; r < 2; ++r) {
+      Record record{"r" + std::to_string(r), "estimation", "drive", 0, {}};
+      record.signal.sample_time_s = 1 / sampling_hz;
+      record.signal.inputs = plant.input_channels();
+      record.signal.outputs = plant.output_channels();
+      const Matrix differs = drive + noise * 0.004 * random.normal(1, 4000);
+      record.signal.u = drive;
+      const Matrix as_planned = simulate_record(plant, record.signal).signal.y;
+      record.signal.u = differs;
+      const Matrix as_measured = simulate_record(plant, record.signal).signal.y;
+      response += (as_measured - as_planned).rowwise().squaredNorm() / 4000 / 2;
+      record.signal.y = measured_wrong ? as_planned : as_measured;
+      for (Index i = 0; i < 3; ++i)
+        record.signal.y.row(i) += 1e-3 * as_planned.row(i).norm() / std::sqrt(4000.0) * random.normal(1, 4000);
+      set.records.push_back(record);
+    }
+    const NoiseFloor outputs = noise_floor(set), prediction = noise_floor(prediction_errors(plant, set));
+    for (Index i = 0; i < 3; ++i) {
+      CAPTURE(measured_wrong, i);
+      const double more = response(i) / std::pow(outputs.std(i), 2);
+      if (measured_wrong)
+        CHECK(prediction.std(i) == Approx(outputs.std(i) * std::sqrt(1 + more)).epsilon(0.05));
+      else
+        CHECK(prediction.std(i) < 0.5 * outputs.std(i));
+    }
+  }
+}
+
+TEST_CASE("where repeats have one and the same input the floor is that of the outputs, to the bit") {
+  const Plant plant = plant_from(quarter_car_text);
+  Random random = numbers(89);
+  RecordSet set;
+  set.sampling_hz = 200;
+  const Matrix drive = 0.004 * random.normal(1, 500);
+  for (int r = 0; r < 2; ++r) {
+    Record record{"r" + std::to_string(r), "estimation", "drive", 0, {}};
+    record.signal = {drive, random.normal(3, 500), 0.005, 0, plant.input_channels(), plant.output_channels()};
+    set.records.push_back(record);
+  }
+  CHECK(noise_floor(prediction_errors(plant, set)).std == noise_floor(set).std);
 }

@@ -8,6 +8,7 @@
 #include "core/base/status.hpp"
 #include "core/data/metrics.hpp"
 #include "core/data/spectra.hpp"
+#include "core/plant/dataset.hpp"
 
 namespace wheelhop {
 namespace {
@@ -161,6 +162,22 @@ std::vector<Measured> merge_repeats(const RecordSet& set) {
     merged.push_back(std::move(measured));
   }
   return merged;
+}
+
+RecordSet prediction_errors(const Plant& plant, const RecordSet& set) {
+  bool differ = false;
+  for (const Repeats& group : groups_of(set))
+    for (const Record* record : group)
+      differ = differ || (record->signal.u.cols() == group.front()->signal.u.cols() &&
+                          !(record->signal.u - group.front()->signal.u).isZero(0));
+  if (!differ) return set;
+  RecordSet errors = set;
+  for (Record& record : errors.records) {
+    const GeneratedRecord made = simulate_record(plant, record.signal);
+    if (made.status != Status::ok) return set;
+    record.signal.y -= made.signal.y;
+  }
+  return errors;
 }
 
 NoiseFloor noise_floor(const RecordSet& set) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/data/records.hpp"
+#include "core/plant/plant.hpp"
 
 namespace wheelhop {
 
@@ -38,6 +39,13 @@ struct Measured {
 /// UserError if repeats of one drive differ in length, or in an input by more than 5 % of the largest drive of its unit
 /// (RMS over RMS).
 std::vector<Measured> merge_repeats(const RecordSet& set);
+
+/// The set with its outputs replaced by what a plant leaves of them, y - yhat(u) from rest, where repeats of a drive
+/// were measured with inputs that differ; otherwise the set as it is. The floor of a prediction from measured drives is
+/// what of its error does not repeat. Noise of the drives is in it then, as the plant answers to it, and a drive that
+/// truly differed from run to run is not, since the plant follows it.
+/// Returns the set as it is where the plant does not follow a drive. Cost: a simulation of each record.
+RecordSet prediction_errors(const Plant& plant, const RecordSet& set);
 
 /// Standard deviation of each output's noise, in the samples that are scored.
 ///

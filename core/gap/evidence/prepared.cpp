@@ -65,9 +65,29 @@ GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& flo
   std::vector<double> edges_hz;
   for (Index b = 0; b <= kNoiseBands; ++b)
     edges_hz.push_back(0.5 * set.sampling_hz * static_cast<double>(b) / static_cast<double>(kNoiseBands));
-  data.noise_shares = noise_shares(set, edges_hz);
+  data.noise_shares = noise_shares(prediction_errors(plant, set), edges_hz);
   if (!data.apart) data.held_out = data.fitted;
   return data;
+}
+
+void leave_out_end(std::vector<FitRecord>& records, Index block, double skew) {
+  if (!(skew > 0)) return;
+  for (FitRecord& record : records) {
+    const auto last = static_cast<Index>(static_cast<double>(record.y.cols()) / (1 + skew)) - kUnsureEnds;
+    const Index kept = std::min(std::max(last, record.skip + 4 * block), record.y.cols());
+    record.y.conservativeResize(Eigen::NoChange, kept);
+  }
+}
+
+void leave_out_end(GapData& data, double skew) {
+  if (!(skew > 0)) return;
+  leave_out_end(data.fitted, data.block, skew);
+  leave_out_end(data.held_out, data.block, skew);
+  data.samples = 0;
+  for (const auto* records : {&data.fitted, &data.held_out})
+    for (const FitRecord& record : *records)
+      if (data.apart || records == &data.fitted)
+        data.samples += static_cast<double>(record.y.rows() * (record.y.cols() - record.skip));
 }
 
 }  // namespace wheelhop

@@ -23,6 +23,12 @@ struct GapData {
 /// UserError if a record is shorter than four blocks, or none has the role "estimation", or no drive of these moves.
 GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& floor, double block_s);
 
+/// Leaves out the end of every record, where the clock of its drive, 1 + skew times as fast as its own, has run past
+/// what was measured or depends on what comes behind it (`kUnsureEnds`). At least four blocks stay. Nothing to do for
+/// skew <= 0.
+void leave_out_end(std::vector<FitRecord>& records, Index block, double skew);
+void leave_out_end(GapData& data, double skew);
+
 /// What a plant leaves of the held-out records, from `judged_from` on. @param run of fit_plant over them
 GapStage stage_of(const GapData& data, const PlantFit& run);
 

@@ -35,13 +35,15 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
     out.names = fitted_names;
   }
   const Index block = std::max<Index>(1, std::llround(options.block_s * set.sampling_hz));
+  leave_out_end(out.records, block, plants[2].clock_skew);
   const std::vector<FitRecord> whole = out.records;
   for (FitRecord& record : out.records) record.skip = fitted_from(record, block);
   const std::vector<FitRecord> counted = out.records;  // by the fits
   for (FitRecord& record : out.records) record.skip = judged_from(record, block);
   ProfileOptions bands;
   bands.band_edges_hz = band_edges(plants[0], set.sampling_hz / 2);
-  if (floor.source == FloorSource::repeats) bands.noise_shares = noise_shares(set, bands.band_edges_hz);
+  if (floor.source == FloorSource::repeats)
+    bands.noise_shares = noise_shares(prediction_errors(plants[0], set), bands.band_edges_hz);
   const FitOptions states_alone{.iterations = options.iterations, .linearise = false};
   tbb::parallel_for(std::size_t{0}, plants.size(), [&](std::size_t s) {
     StageExamination& stage = out.stages[s];

@@ -40,7 +40,7 @@ RecordSet simulated_records(const Plant& plant, const RecordSet& set, const Nois
     std::vector<double> edges;
     for (Index b = 0; b <= kBands; ++b)
       edges.push_back(0.5 * set.sampling_hz * static_cast<double>(b) / static_cast<double>(kBands));
-    shares = noise_shares(set, edges);
+    shares = noise_shares(prediction_errors(plant, set), edges);
   }
   for (Record& record : simulated.records) {
     Matrix& y = record.signal.y;

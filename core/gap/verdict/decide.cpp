@@ -7,8 +7,8 @@
 #include <map>
 #include <set>
 
+#include "core/gap/verdict/faults.hpp"
 #include "core/gap/verdict/posterior.hpp"
-#include "core/gap/verdict/scales.hpp"
 
 namespace wheelhop {
 namespace {
@@ -67,6 +67,32 @@ Verdict refuted_parameter(const Case& c, const RankedCandidate& ranked) {
   return verdict;
 }
 
+/// Where the records tell a parameter only against others that all belong to one other component, either may be wrong:
+/// with no more surprise, since a component that was changed has all its parameters changed.
+void tell_component(const Case& c, const FreedEvidence& freed, Verdict& verdict) {
+  if (freed.not_told_from.empty()) return;
+  const auto& tolerances = c.evidence.tolerances;
+  const std::string& there = tolerances[freed.not_told_from.front()].location;
+  std::string list;
+  std::vector<std::string> names;
+  for (const std::size_t other : freed.not_told_from) {
+    if (tolerances[other].location != there || there == tolerances[freed.tolerance].location) return;
+    list += (list.empty() ? "" : ", ") + tolerances[other].parameter;
+    names.push_back(tolerances[other].effect + "@" + there);
+  }
+  verdict.message = fmt::format(
+      "the records tell {} only against {}: it may be right, and all that belongs to {} off by one factor instead; "
+      "weigh "
+      "it, or measure a force",
+      tolerances[freed.tolerance].parameter, list, there);
+  std::get<Parameters>(verdict.answer).either = true;
+  verdict.ambiguous_with = names;
+  verdict.suspects.front().probability = std::min(verdict.suspects.front().probability, c.thresholds.doubt);
+  for (FittedParameter& parameter : verdict.suspects.front().parameters) parameter.std = 0;  // not known
+  for (LocationProbability& place : verdict.locations)
+    place.probability = std::min(place.probability, c.thresholds.doubt);
+}
+
 /// Row 1a: one parameter inside its tolerance, where all others are nearer still, makes the gap as delivered.
 bool one_stands_out(const Case& c, Verdict& verdict) {
   const Evidence& e = c.evidence;
@@ -97,6 +123,7 @@ bool one_stands_out(const Case& c, Verdict& verdict) {
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.probability > b.probability; });
   verdict.locations = locations_by(c, all);
   add_ambiguous(c, all, verdict);
+  tell_component(c, *freed, verdict);
   return true;
 }
 
@@ -340,7 +367,9 @@ Verdict decide_gap(const Evidence& evidence, const Thresholds& thresholds) {
   Verdict verdict;
   Contest contest = contest_of(evidence, thresholds);
   const bool small = gap_left(evidence) <= thresholds.too_small;
-  if (!contest.effect_seen && !contest.parameter_seen) {
+  // A correction is as inexact as its form, of a clock or a factor, and a small gap beside it has no name.
+  const bool seen = contest.effect_seen || contest.parameter_seen;
+  if (!seen || (small && !evidence.correction.faults.empty())) {
     if (small && one_stands_out(c, verdict)) {
       verdict.row = "1a";
       verdict.why = "one parameter is off, and all others are nearer to their values";
@@ -366,6 +395,7 @@ Verdict decide_gap(const Evidence& evidence, const Thresholds& thresholds) {
       verdict.why = "one parameter outside its tolerance explains the gap";
       verdict.locations = locations_by(c, contest.ranked);
       add_ambiguous(c, contest.ranked, verdict);
+      tell_component(c, evidence.freed[first.index], verdict);
       return verdict;
     }
     contest = contest_of_closing_effects(evidence, contest, thresholds);
@@ -390,10 +420,11 @@ Verdict decide(const Evidence& evidence, const Thresholds& thresholds) {
     return verdict;
   }
   verdict = decide_gap(evidence, thresholds);
-  if (!is_place(verdict) && !is<Insufficient>(verdict)) return verdict;
-  const std::string scales = scale_message(evidence.wrong_scales, evidence.channels);
-  if (!scales.empty()) verdict.message = scales + (verdict.message.empty() ? "" : "; " + verdict.message);
-  return verdict;
+  if (is_place(verdict) || is<Insufficient>(verdict)) {
+    const std::string faults = fault_message(evidence.gross_faults);
+    if (!faults.empty()) verdict.message = faults + (verdict.message.empty() ? "" : "; " + verdict.message);
+  }
+  return with_correction(evidence, thresholds, std::move(verdict));
 }
 
 }  // namespace wheelhop

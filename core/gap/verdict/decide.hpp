@@ -30,6 +30,8 @@
 /// | 4b  |   two places explain all, one does not                                             | AtTwoPlaces    |
 /// | 4c  |   it acts on a mass, and nothing that moves explains it                            | Exogenous      |
 /// | 4d  |   otherwise, at the entry whose motion explains most of it                         | AtPlace        |
+/// | 5   | gross faults of instruments were corrected: they are named before the answer of    | Instruments    |
+/// |     | rows 1 to 4, and are the answer where these have no name                           |                |
 #pragma once
 
 #include "core/gap/verdict/thresholds.hpp"

@@ -101,6 +101,9 @@ Verdict decide_place(const Evidence& evidence, const Thresholds& thresholds, Ver
     verdict.answer = Exogenous{};
     verdict.row = "4c";
     verdict.why = "a force on a mass that nothing that moves explains";
+    for (const std::string& entry : entries_of(best))
+      if (place_from(entry).kind == PlaceKind::actuator)
+        verdict.message = "noise of a measured drive would look the same";
   } else if (place_from(location).kind != PlaceKind::sensor) {
     location = entry_of_motion(evidence, thresholds, best.location, guide);
   }

@@ -43,14 +43,16 @@ struct Closure {
 /// Closure of an answer that changes nothing: 0, and no interval.
 inline constexpr Closure kNothingAdded{0, kUnknown, kUnknown};
 
-/// A channel that follows the plant at another scale.
-struct WrongScale {
-  std::string channel;
-  double reads = 1;  ///< of what the plant makes of the drive, y ~ reads * y_plant by least squares
+/// A gross fault of an instrument, as the plant without it tells.
+struct InstrumentFault {
+  std::string effect;    ///< gain_error, bias or clock_skew
+  std::string location;  ///< "sensor:CHANNEL", "actuator" or "timebase"
+  double value = 0;      ///< of a gain: y ~ value * y_plant by least squares; of a bias in the unit of the channel
   template <class V>
   void fields(V&& visit) {
-    visit("channel", channel);
-    visit("reads", reads);
+    visit("effect", effect);
+    visit("location", location);
+    visit("value", value);
   }
 };
 
@@ -172,6 +174,9 @@ struct FreedEvidence {
   FittedParameter fitted;
   double std = 0;             ///< of its deviation as the data alone tell it, in tolerances
   std::vector<double> theta;  ///< of all tolerances, in tolerances; its own among them
+  /// Tolerances that would have to move with it for the outputs to stay as they are, where the records do not tell it
+  /// from them: only ratios of masses, stiffnesses and damping show where no force is measured. Empty where they do.
+  std::vector<std::size_t> not_told_from;
   std::vector<double> z;      ///< leave-prior-out, of all tolerances; empty where the fit was not linearised
   template <class V>
   void fields(V&& visit) {
@@ -184,6 +189,7 @@ struct FreedEvidence {
     visit("fitted", fitted);
     visit("std", std);
     visit("theta", theta);
+    visit("not_told_from", not_told_from);
     visit("z", z);
   }
 };
@@ -219,6 +225,24 @@ struct CandidateEvidence {
     visit("left_at_place", left_at_place);
     visit("alone_chi2", alone_chi2);
     visit("freed", freed);
+  }
+};
+
+/// Faults of instruments that were put into the plant before anything else was asked: all other evidence is that of the
+/// plant with them, their sizes inside a tolerance of their own.
+struct CorrectionEvidence {
+  std::vector<EffectEvidence> faults;  ///< none: the plant is as delivered
+  GapStage retuned_without;            ///< re-tuned inside the tolerances without them
+  double chi2_without = 0;             ///< of that plant
+  Closure closure;                     ///< of what that plant leaves, by the faults alone
+  Closure closure_with_answer;         ///< likewise, by the faults and the answer beside them
+  template <class V>
+  void fields(V&& visit) {
+    visit("faults", faults);
+    visit("retuned_without", retuned_without);
+    visit("chi2_without", chi2_without);
+    visit("closure", closure);
+    visit("closure_with_answer", closure_with_answer);
   }
 };
 
@@ -258,14 +282,16 @@ struct Evidence {
   double samples = 0;         ///< values behind chi2: chi2 of a plant at the floor
   std::size_t channels = 0;
   std::vector<std::string> elements;  ///< of the plant
-  GapStage delivered, retuned;
+  GapStage delivered;                 ///< of the plant as it came, without any correction
+  GapStage retuned;
   double delivered_chi2 = 0, retuned_chi2 = 0, retuned_prior_chi2 = 0;
   double retuned_misfit = 0;     ///< reduced chi-square of the fitted records
   bool retuned_stopped = false;  ///< a parameter went as far as re-tuning may move it
   std::vector<ToleranceEvidence> tolerances;
-  Matrix tolerance_covariance;           ///< of their deviations, in tolerances squared
-  std::vector<WrongScale> wrong_scales;  ///< of the plant as delivered
-  std::vector<PlaceLeftover> places;     ///< ascending by leftover
+  Matrix tolerance_covariance;                ///< of their deviations, in tolerances squared
+  std::vector<InstrumentFault> gross_faults;  ///< seen at the plant as delivered, and not corrected
+  CorrectionEvidence correction;
+  std::vector<PlaceLeftover> places;  ///< ascending by leftover
   std::vector<PairLeftover> place_pairs;
   int places_needed = 0;             ///< places that explain what re-tuning leaves: 1, 2, or 0 for neither or not known
   std::vector<FreedEvidence> freed;  ///< parameters set free in the plant without effects
@@ -291,7 +317,8 @@ struct Evidence {
     visit("retuned_stopped", retuned_stopped);
     visit("tolerances", tolerances);
     visit("tolerance_covariance", tolerance_covariance);
-    visit("wrong_scales", wrong_scales);
+    visit("gross_faults", gross_faults);
+    visit("correction", correction);
     visit("places", places);
     visit("place_pairs", place_pairs);
     visit("places_needed", places_needed);

@@ -22,6 +22,9 @@ GapStage corrected_stage(const Evidence& evidence, const Verdict& verdict) {
 }
 
 Closure closure_of(const Evidence& evidence, const Verdict& verdict) {
+  if (is<Instruments>(verdict)) return evidence.correction.closure;
+  if (!evidence.correction.faults.empty() && (is<Effects>(verdict) || is<Parameters>(verdict)))
+    return evidence.correction.closure_with_answer;
   if (const auto* effects = std::get_if<Effects>(&verdict.answer)) {
     const CandidateEvidence& candidate = candidate_of(evidence, *effects);
     return effects->parameter ? candidate.freed.front().closure_of_retuned : candidate.closure;
@@ -31,8 +34,13 @@ Closure closure_of(const Evidence& evidence, const Verdict& verdict) {
   return kNothingAdded;
 }
 
+const GapStage& retuned_of(const Evidence& evidence) {
+  return evidence.correction.faults.empty() ? evidence.retuned : evidence.correction.retuned_without;
+}
+
 double closure_of_retuning(const Evidence& evidence) {
-  return evidence.delivered.misfit > 1 ? 1 - (evidence.retuned.misfit - 1) / (evidence.delivered.misfit - 1) : kUnknown;
+  const GapStage& retuned = retuned_of(evidence);
+  return evidence.delivered.misfit > 1 ? 1 - (retuned.misfit - 1) / (evidence.delivered.misfit - 1) : kUnknown;
 }
 
 const ToleranceEvidence* most_retuned(const Evidence& evidence) {
@@ -45,14 +53,17 @@ std::string outcome_of(const Verdict& verdict) {
   struct Words {
     const Verdict& verdict;
     std::string operator()(const NoGap&) const { return "none"; }
-    std::string operator()(const Parameters&) const {
+    std::string operator()(const Parameters& parameters) const {
+      if (parameters.either) return "ambiguous";
+      if (verdict.named.size() > 1) return "several";
       return is_parameter_error(verdict.suspects.front().effect) ? "parameter" : "effect";
     }
     std::string operator()(const Effects&) const {
       if (verdict.named.size() > 1) return "several";
       return verdict.ambiguous_with.empty() ? "effect" : "ambiguous";
     }
-    std::string operator()(const Rounding&) const { return "effect"; }
+    std::string operator()(const Instruments&) const { return verdict.named.size() > 1 ? "several" : "effect"; }
+    std::string operator()(const Rounding&) const { return verdict.named.size() > 1 ? "several" : "effect"; }
     std::string operator()(const AtPlace&) const { return "located_not_in_catalogue"; }
     std::string operator()(const AtTwoPlaces&) const { return "located_not_in_catalogue"; }
     std::string operator()(const Exogenous&) const { return "exogenous"; }

@@ -1,5 +1,5 @@
 /// \file
-/// The verdict of a diagnosis: one answer of eight kinds, and what it rests on.
+/// The verdict of a diagnosis: one answer of nine kinds, and what it rests on.
 #pragma once
 
 #include <string>
@@ -15,6 +15,7 @@ struct NoGap {};
 /// One parameter of the plant is wrong.
 struct Parameters {
   std::size_t freed = 0;  ///< index into Evidence::freed
+  bool either = false;    ///< or all parameters of another component instead: the records tell only ratios
 };
 /// One or two effects of the catalogue, and perhaps a parameter that is wrong beside them.
 struct Effects {
@@ -22,6 +23,8 @@ struct Effects {
   std::size_t candidate = 0;  ///< index into Evidence::pairs or ::singles
   bool parameter = false;     ///< the first of the candidate's freed parameters is named too
 };
+/// Gross faults of instruments that were corrected, and no name for what is left beside them, if anything is.
+struct Instruments {};
 /// A converter's rounding, which no model of the plant takes away.
 struct Rounding {
   std::size_t lattice = 0;  ///< index into Evidence::lattices
@@ -35,7 +38,8 @@ struct Exogenous {};
 /// The records do not tell.
 struct Insufficient {};
 
-using Answer = std::variant<NoGap, Parameters, Effects, Rounding, AtPlace, AtTwoPlaces, Exogenous, Insufficient>;
+using Answer =
+    std::variant<NoGap, Parameters, Effects, Instruments, Rounding, AtPlace, AtTwoPlaces, Exogenous, Insufficient>;
 
 /// An effect or a parameter that was considered in full.
 struct Suspect {
@@ -68,9 +72,12 @@ std::string outcome_of(const Verdict& verdict);
 
 /// The plant with the answer on the held-out records: the re-tuned one where the answer is no plant.
 GapStage corrected_stage(const Evidence& evidence, const Verdict& verdict);
-/// What of the gap that re-tuning leaves the answer removes; of a parameter alone, of the gap as delivered. 0 and no
+/// What of the gap that re-tuning leaves the answer removes; of a parameter alone, of the gap as delivered. With
+/// corrected instruments, of what re-tuning without the correction leaves. 0 and no
 /// interval of an answer that is no plant: nothing missing, rounding, a place outside the catalogue.
 Closure closure_of(const Evidence& evidence, const Verdict& verdict);
+/// The plant re-tuned inside its tolerances, without any correction.
+const GapStage& retuned_of(const Evidence& evidence);
 /// 1 - (J_retuned - 1) / (J_delivered - 1) on the held-out records; NaN without a gap.
 double closure_of_retuning(const Evidence& evidence);
 /// The tolerance whose deviation changes the outputs most after re-tuning; null without any.

@@ -65,7 +65,7 @@ struct Search {
   const Thresholds& thresholds;
   const SearchEffort& effort;
   const Bootstrap& bootstrap;   ///< of closures
-  const Hypothesis& delivered;  ///< the plant as delivered
+  const Hypothesis& delivered;  ///< the plant as delivered, or with gross faults corrected
   const Hypothesis& retuned;    ///< inside its tolerances
   const Step& step;
 };
@@ -91,9 +91,8 @@ CandidateEvidence evidence_of(const Search& search, const Hypothesis& hypothesis
 void add_linearisation(const Search& search, const Hypothesis& hypothesis, CandidateEvidence& evidence);
 
 /// Every effect at every place, by the fast screen, of which the best are fitted; ascending by chi2.
-/// @param wrong channels in another unit: their factor is fitted from the plant as delivered
 /// @param changes out, what candidates change around the re-tuned plant, as of `screen`
-Candidates find_singles(const Search& search, double colour, const std::vector<WrongScale>& wrong, Changes& changes);
+Candidates find_singles(const Search& search, double colour, Changes& changes);
 
 /// Parameters of the re-tuned plant set free of their tolerances, side by side.
 /// @param which numbers of tolerances

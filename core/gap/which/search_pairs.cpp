@@ -128,10 +128,10 @@ double left_at_place(const Search& search, Hypothesis& hypothesis) {
 Candidates find_pairs(const Search& search, const Changes& changes, Evidence& evidence, Candidates& singles) {
   const Study& study = search.study;
   Candidates pairs;
-  // Around a plant that was bent by a wrong scale, or to the end by what is missing, candidates change other things
+  // Around a plant that was bent by a gross fault, or to the end by what is missing, candidates change other things
   // than beside an effect.
   const Changes anew;
-  const Changes& known = evidence.wrong_scales.empty() && !evidence.retuned_stopped ? changes : anew;
+  const Changes& known = evidence.gross_faults.empty() && !evidence.retuned_stopped ? changes : anew;
   for (int count = 0; count < search.effort.searches; ++count) {
     pairs = {};
     const std::vector<RankedCandidate> ranked = ranked_effects(search, evidence);

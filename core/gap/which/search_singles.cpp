@@ -1,55 +1,14 @@
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "core/gap/verdict/posterior.hpp"
-#include "core/gap/verdict/scales.hpp"
 #include "core/gap/which/search.hpp"
 
 namespace wheelhop {
 namespace {
-
-/// Puts the initial states of a fit, 2n a record, where the plant rests in equilibrium.
-void begin_at_rest(PlantFit& fit) {
-  const Index states = fit.state_scale.size();
-  for (std::size_t i = 0; i < fit.initial_states.size(); ++i)
-    fit.initial_states[i] =
-        fit.states_at_rest.segment(states * static_cast<Index>(i), states).cwiseProduct(fit.state_scale);
-}
-
-/// A channel, or the drive, that reads in another unit or with the other sign: re-tuning bends the plant so far around
-/// it that the screen there may miss it. At the plant as delivered its factor is seen, and from there it is fitted.
-void add_wrong_scale(const Search& search, const std::vector<WrongScale>& scales, std::vector<Hypothesis>& singles) {
-  const Study& study = search.study;
-  const Plant& plant = search.delivered.fit.plant;
-  Operation operation;
-  if (!one_scale(scales, plant.sensors.size()) ||
-      !operation_of(plant, study.data.fitted, search.delivered.fit.initial_states, operation))
-    return;
-  const WrongScale& wrong = scales.front();
-  const auto there = [&](const std::string& location) {
-    const Place place = place_from(location);
-    return scales.size() > 1 ? place.kind == PlaceKind::actuator : place == Place{PlaceKind::sensor, wrong.channel};
-  };
-  for (const EffectCandidate& candidate : study.candidates(plant, operation)) {
-    if (candidate.effect != "gain_error" || !there(candidate.location)) continue;
-    Hypothesis scaled = search.delivered;
-    scaled.effects = {candidate};
-    scaled.parameters = search.retuned.parameters;
-    scaled.parameters.insert(scaled.parameters.end(), candidate.parameters.begin(), candidate.parameters.end());
-    scaled.fit.plant = candidate.plant;
-    set_parameter(scaled.fit.plant, candidate.parameters.front().name, wrong.reads);
-    begin_at_rest(scaled.fit);  // the states that were fitted follow the wrong factor
-    begin_at_rest(scaled.held_out);
-    Hypothesis fitted = fit_subset(study, search.retuned, scaled, 1);
-    if (fitted.fit.error.empty()) continue;
-    std::erase_if(singles, [&](const Hypothesis& old) { return same_form(old.effects.back(), candidate); });
-    singles.push_back(std::move(fitted));
-  }
-  std::stable_sort(singles.begin(), singles.end(),
-                   [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; });
-}
 
 std::vector<double> leading(const Vector& values, std::size_t count) {
   return {values.data(), values.data() + std::min<Index>(static_cast<Index>(count), values.size())};
@@ -110,12 +69,11 @@ void add_linearisation(const Search& search, const Hypothesis& hypothesis, Candi
   evidence.z = std::move(now.z);
 }
 
-Candidates find_singles(const Search& search, double colour, const std::vector<WrongScale>& wrong, Changes& changes) {
+Candidates find_singles(const Search& search, double colour, Changes& changes) {
   Candidates singles;
   const double least = search.effort.screened * search.thresholds.notice * colour;
   singles.fits = extend(search.study, search.retuned, {.shortlist = search.effort.fits, .least = least}, {}, &changes);
   finish(search.study, search.retuned.chi2, static_cast<std::size_t>(search.effort.finished), singles.fits);
-  add_wrong_scale(search, wrong, singles.fits);
   for (const Hypothesis& single : singles.fits) singles.evidence.push_back(evidence_of(search, single));
   return singles;
 }
@@ -148,6 +106,36 @@ std::vector<std::size_t> parameters_to_free(const Search& search, const Evidence
 
 namespace {
 
+constexpr double kTold = 3;      // standard deviations of a parameter by the data alone, from which they tell it
+constexpr double kMoves = 0.05;  // of its own change of the outputs, from which another parameter moves with it
+
+/// Tolerances with which a parameter would move unseen, see FreedEvidence::not_told_from.
+/// With H = J'J of all parameters and initial states, the data alone leave theta_i a variance of (H^-1)_ii, and along
+/// the direction that they see least the others move by -H_oo^-1 H_oi.
+std::vector<std::size_t> not_told_from(const PlantFit& fit, std::size_t parameter, std::size_t tolerances) {
+  std::vector<std::size_t> with;
+  const auto i = static_cast<Index>(parameter), count = static_cast<Index>(tolerances);
+  if (fit.jacobian.cols() < count || fit.theta.size() <= i) return with;
+  Matrix H = fit.jacobian.transpose() * fit.jacobian;
+  // Initial states have a prior around rest, parameters none; round-off of the rest keeps the factor from breaking
+  // down.
+  H.diagonal().tail(H.rows() - fit.theta.size()) += fit.precision.tail(H.rows() - fit.theta.size());
+  H.diagonal() *= 1 + 1e-12;
+  Matrix others = H;
+  others.row(i).setZero();
+  others.col(i).setZero();
+  others(i, i) = 1;
+  Vector common = H.col(i);
+  common(i) = 0;
+  const Vector moved = -others.ldlt().solve(common);
+  const double seen = H(i, i) + common.dot(moved), change = std::sqrt(H(i, i));
+  if (fit.theta(i) * fit.theta(i) * std::max(seen, 0.0) > kTold * kTold) return with;
+  for (Index k = 0; k < count; ++k)
+    if (k != i && std::abs(moved(k)) * std::sqrt(H(k, k)) > kMoves * change)
+      with.push_back(static_cast<std::size_t>(k));
+  return with;
+}
+
 /// What a fit with a parameter free of its tolerance tells.
 FreedEvidence freed_evidence(const Search& search, const Hypothesis& fitted, std::size_t tolerance) {
   const std::size_t count = search.study.tolerances.size();
@@ -162,6 +150,7 @@ FreedEvidence freed_evidence(const Search& search, const Hypothesis& fitted, std
   const auto i = static_cast<Index>(tolerance);
   if (fitted.fit.covariance.rows() > i) out.std = std::sqrt(fitted.fit.covariance(i, i));
   out.theta = leading(fitted.fit.theta, count);
+  out.not_told_from = not_told_from(fitted.fit, tolerance, count);
   out.z = z_of(fitted.fit, count);
   return out;
 }

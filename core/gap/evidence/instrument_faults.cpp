@@ -1,0 +1,177 @@
+#include "core/gap/evidence/instrument_faults.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/data/spectra.hpp"
+
+namespace wheelhop {
+namespace {
+
+// All judgements: what no calibration error, and hardly any effect in a plant, makes of a channel.
+constexpr double kTimesOff = 2;       // times too large or too small
+constexpr double kGoes = 0.8;         // correlation with the plant
+constexpr double kAlike = 0.4;        // by which the factors of all channels may differ where the drive's is wrong
+constexpr double kOfError = 0.5;      // share of a channel's squared error that an offset makes
+constexpr double kOfMotion = 0.25;    // offset over the RMS of the motion
+constexpr double kUnitError = 0.03;   // by which a factor may miss that of a unit
+constexpr double kGravity = 9.80665;  // m/s^2 in g
+constexpr Index kWindows = 8;         // of a record, in each of which a delay is measured
+constexpr double kLeastSamples = 3;   // that a clock is off by at the end of a record
+constexpr double kOnLine = 0.1;       // scatter of the delays about their line, over what the line spans
+
+/// Regression of a channel on what the plant makes of the drive.
+struct Regression {
+  double count = 0, y = 0, plant = 0, yy = 0, yp = 0, pp = 0;
+
+  double var(double square, double sum) const { return square / count - sum * sum / count / count; }
+  double power() const { return var(yy, y); }  // of the reading, about its mean
+  double plant_power() const { return var(pp, plant); }
+  double common() const { return yp / count - y * plant / count / count; }
+  double reads() const { return common() / plant_power(); }
+  double correlation() const { return common() / std::sqrt(power() * plant_power()); }
+  double offset(double gain) const { return (y - gain * plant) / count; }
+  double error(double gain) const { return power() - 2 * gain * common() + gain * gain * plant_power(); }
+};
+
+std::vector<Regression> regressions(const PlantFit& fit, const std::vector<FitRecord>& records) {
+  std::vector<Regression> list(static_cast<std::size_t>(fit.plant.sensor_count()));
+  for (std::size_t i = 0; i < fit.error.size(); ++i) {
+    const Index kept = records[i].y.cols() - records[i].skip;
+    for (Index j = 0; j < fit.plant.sensor_count(); ++j) {
+      const Vector y = records[i].y.row(j).tail(kept).transpose();
+      const Vector plant = y + fit.error[i].row(j).tail(kept).transpose();
+      Regression& own = list[static_cast<std::size_t>(j)];
+      own.count += static_cast<double>(kept);
+      own.y += y.sum();
+      own.plant += plant.sum();
+      own.yy += y.squaredNorm();
+      own.yp += y.dot(plant);
+      own.pp += plant.squaredNorm();
+    }
+  }
+  return list;
+}
+
+std::string location_of_sensor(const Plant& plant, std::size_t j) { return "sensor:" + plant.sensors[j].name; }
+
+/// The wrong factors: of single channels, or of the drive.
+std::vector<InstrumentFault> wrong_factors(const Plant& plant, const std::vector<Regression>& channels) {
+  std::vector<InstrumentFault> faults;
+  for (std::size_t j = 0; j < channels.size(); ++j) {
+    const double reads = channels[j].reads();
+    if (std::abs(channels[j].correlation()) > kGoes && !(reads > 1 / kTimesOff && reads < kTimesOff))
+      faults.push_back({"gain_error", location_of_sensor(plant, j), reads});
+  }
+  const auto alike = [&](const InstrumentFault& one) {
+    return std::abs(one.value - faults.front().value) < kAlike * std::abs(faults.front().value);
+  };
+  if (faults.size() < 2 || faults.size() < channels.size() || !std::all_of(faults.begin(), faults.end(), alike) ||
+      plant.inputs.size() != 1)
+    return faults;
+  const double mean = std::accumulate(faults.begin(), faults.end(), 0.0,
+                                      [](double sum, const InstrumentFault& one) { return sum + one.value; }) /
+                      static_cast<double>(faults.size());
+  const auto off_by = [&](double factor) { return std::abs(mean / factor - 1) < kUnitError; };
+  const bool in_g = std::all_of(plant.sensors.begin(), plant.sensors.end(),
+                                [](const Sensor& sensor) { return sensor.kind == SensorKind::acceleration; }) &&
+                    (off_by(kGravity) || off_by(1 / kGravity));
+  if (in_g) return faults;
+  return {{"gain_error", actuator_of(plant, plant.inputs.front()), mean}};
+}
+
+/// Samples by which b lies behind a, from the largest of their cross-correlation, between the samples by a parabola;
+/// NaN where they do not go together. Both about their means; half a window at most.
+double lies_behind(const Vector& a, const Vector& b) {
+  const Index n = a.size();
+  Matrix padded = Matrix::Zero(2, 2 * n);
+  padded.row(0).head(n) = (a.array() - a.mean()).matrix().transpose();
+  padded.row(1).head(n) = (b.array() - b.mean()).matrix().transpose();
+  const double norm = padded.row(0).norm() * padded.row(1).norm();
+  const ComplexMatrix spectrum = fft(padded);
+  const ComplexMatrix cross = spectrum.row(0).conjugate().cwiseProduct(spectrum.row(1));
+  const Vector r = inverse_fft(cross, 2 * n).transpose();  // r(k): a of earlier by k against b
+  const auto at = [&](Index lag) { return r((lag + 2 * n) % (2 * n)); };
+  Index best = 0;
+  for (Index lag = -n / 2; lag <= n / 2; ++lag)
+    if (at(lag) > at(best)) best = lag;
+  // What moves out of the window is missing from the correlation.
+  const double overlap = 1 - static_cast<double>(std::abs(best)) / static_cast<double>(n);
+  if (!(at(best) > kGoes * overlap * norm) || std::abs(best) == n / 2) return kUnknown;
+  const double curvature = at(best + 1) - 2 * at(best) + at(best - 1);
+  return static_cast<double>(best) + (curvature < 0 ? 0.5 * (at(best - 1) - at(best + 1)) / curvature : 0);
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Rate at which the records fall behind the plant, samples a sample; 0 where they do not, or not alike. By the median
+/// slope of all pairs of windows (Theil 1950; Sen 1968, J. Am. Stat. Assoc. 63, 1379), which single windows cannot
+/// mislead.
+double falls_behind(const PlantFit& fit, const std::vector<FitRecord>& records) {
+  std::vector<double> slopes, residuals;
+  double span = 0;
+  struct Delay {
+    double at, behind;
+  };
+  std::vector<std::vector<Delay>> series;
+  for (std::size_t i = 0; i < fit.error.size(); ++i) {
+    const Index window = (records[i].y.cols() - records[i].skip) / kWindows;
+    if (window < 4 * kWindows) continue;
+    span = std::max(span, static_cast<double>(window * kWindows));
+    for (Index j = 0; j < records[i].y.rows(); ++j) {
+      series.emplace_back();
+      for (Index w = 0; w < kWindows; ++w) {
+        const Index from = records[i].skip + w * window;
+        const Vector y = records[i].y.row(j).segment(from, window).transpose();
+        const Vector plant = y + fit.error[i].row(j).segment(from, window).transpose();
+        const double behind = lies_behind(plant, y);
+        if (std::isfinite(behind))
+          series.back().push_back({static_cast<double>(from) + 0.5 * static_cast<double>(window), behind});
+      }
+      for (const Delay& a : series.back())
+        for (const Delay& b : series.back())
+          if (b.at > a.at) slopes.push_back((b.behind - a.behind) / (b.at - a.at));
+    }
+  }
+  if (slopes.size() < static_cast<std::size_t>(kWindows)) return 0;
+  const double slope = median(slopes);
+  if (!(std::abs(slope) * span > kLeastSamples)) return 0;
+  for (const std::vector<Delay>& own : series) {
+    if (own.empty()) continue;
+    std::vector<double> starts;
+    for (const Delay& delay : own) starts.push_back(delay.behind - slope * delay.at);
+    const double start = median(starts);
+    for (const double other : starts) residuals.push_back(std::abs(other - start));
+  }
+  return median(residuals) < std::max(kOnLine * std::abs(slope) * span, 0.5) ? slope : 0;
+}
+
+}  // namespace
+
+std::vector<InstrumentFault> gross_faults(const PlantFit& fit, const std::vector<FitRecord>& records) {
+  const std::vector<Regression> channels = regressions(fit, records);
+  std::vector<InstrumentFault> faults = wrong_factors(fit.plant, channels);
+  const bool scaled = !faults.empty();
+  const bool drive = scaled && place_from(faults.front().location).kind == PlaceKind::actuator;
+  for (std::size_t j = 0; j < channels.size(); ++j) {
+    if (fit.plant.sensors[j].kind != SensorKind::acceleration) continue;
+    const Regression& own = channels[j];
+    const bool off = drive || std::any_of(faults.begin(), faults.end(), [&](const InstrumentFault& fault) {
+                       return fault.location == location_of_sensor(fit.plant, j);
+                     });
+    const double gain = off ? own.reads() : 1, offset = own.offset(gain);
+    if (offset * offset > kOfError * (offset * offset + own.error(gain)) &&
+        std::abs(offset) > kOfMotion * std::sqrt(own.power()))
+      faults.push_back({"bias", location_of_sensor(fit.plant, j), offset});
+  }
+  if (scaled) return faults;
+  if (const double slope = falls_behind(fit, records); slope != 0) faults.push_back({"clock_skew", "timebase", -slope});
+  return faults;
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,26 @@
+/// \file
+/// Gross faults of instruments, seen before anything is explained: another unit, another sign, gravity in a reading, a
+/// clock that runs at another rate. A fit would bend the plant far around them, and hide everything else.
+#pragma once
+
+#include <vector>
+
+#include "core/gap/verdict/evidence.hpp"
+#include "core/greybox/plant_fit.hpp"
+
+namespace wheelhop {
+
+/// What a plant as delivered tells of its instruments, by the regression y = reads * y_plant + b of each channel over
+/// the scored samples:
+///   gain_error  `reads` outside 1/2 ... 2 although the channel goes with the plant (|correlation| > 0.8): millimetres
+///               for metres, g for m/s^2, a sensor upside down. Of the drive where two or more channels, and no other,
+///               are off alike; of the sensors where all channels are accelerometers off by the factor of g
+///   bias        of an accelerometer: more than half of its squared error, and a quarter of the RMS of its motion.
+///               Nothing that stays in place has a mean acceleration, so that no plant can explain it
+///   clock_skew  where no factor is off: all channels together lie later and later behind the plant, or before it, by
+///               three samples or more over the record
+/// @param fit of the plant as delivered over `records`
+/// Cost: of the clock two FFTs a channel and record, of all else one pass over the samples.
+std::vector<InstrumentFault> gross_faults(const PlantFit& fit, const std::vector<FitRecord>& records);
+
+}  // namespace wheelhop

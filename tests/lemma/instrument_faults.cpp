@@ -1,0 +1,113 @@
+// Gross faults of instruments: what a plant as delivered tells of channels in another unit or of another sign, of
+// accelerometers that carry gravity, and of clocks.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/gap/evidence/instrument_faults.hpp"
+#include "core/gap/verdict/faults.hpp"
+#include "tests/support/plants.hpp"
+#include "tests/support/systems.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+using Catch::Contains;
+
+namespace {
+
+/// A plant's outputs as a rig reads them: each times its factor, on its offset, late by its delay, and noise.
+struct Reading {
+  PlantFit fit;
+  std::vector<FitRecord> records;
+  Reading(const Vector& factors, double noise, const Vector& offsets = Vector::Zero(3), double skew = 0) {
+    Random random = numbers(861);
+    fit.plant = plant_from(quarter_car_text);
+    const Vector level = (Vector(3) << 0.01, 2, 9).finished();
+    // Sums of sines, which can be read at any instant.
+    Matrix made(3, 4000), late(3, 4000);
+    for (Index j = 0; j < 3; ++j) {
+      const Vector phase = 6.3 * random.normal(40, 1), turn = 0.3 * random.normal(40, 1).cwiseAbs();
+      const auto at = [&](double k) { return level(j) * ((turn * k + phase).array().sin().sum()) / std::sqrt(20.0); };
+      for (Index k = 0; k < made.cols(); ++k) {
+        made(j, k) = at(static_cast<double>(k));
+        late(j, k) = at((1 + skew) * static_cast<double>(k));
+      }
+    }
+    Matrix read = factors.asDiagonal() * (late + noise * (level.asDiagonal() * random.normal(3, made.cols())));
+    read.colwise() += offsets;
+    records.push_back({Matrix::Zero(1, 20000), read, 5, 100, Vector::Ones(3), {}});
+    fit.error.push_back(made - read);
+  }
+  std::vector<InstrumentFault> faults() const { return gross_faults(fit, records); }
+};
+
+}  // namespace
+
+TEST_CASE("a channel in another unit or of the wrong sign is told with its factor, gain errors and strangers are not") {
+  for (const double factor : {1e-3, 0.102, 9.81, 1e12, -1.0, -0.102}) {
+    CAPTURE(factor);
+    const std::vector<InstrumentFault> faults = Reading((Vector(3) << 1.2, factor, 0.9).finished(), 0.3).faults();
+    REQUIRE(faults.size() == 1);
+    CHECK(faults[0].effect == "gain_error");
+    CHECK(faults[0].location == "sensor:body_acc");
+    CHECK(faults[0].value == Approx(factor).epsilon(0.1));
+    CHECK_THAT(fault_message(faults), Contains("body_acc reads") && Contains("check unit and sign"));
+  }
+  CHECK(Reading((Vector(3) << 0.6, 1.0, 1.9).finished(), 0.3).faults().empty());
+  CHECK(Reading((Vector(3) << 1.0, 0.0, 1.0).finished(), 0.3).faults().empty());
+  CHECK(fault_message({}).empty());
+}
+
+TEST_CASE("where all channels are off alike the fault is the drive's, and two of three are two sensors") {
+  for (const double factor : {-1.0, 1000.0}) {
+    const std::vector<InstrumentFault> faults = Reading(Vector::Constant(3, factor), 0.1).faults();
+    REQUIRE(faults.size() == 1);
+    CHECK(faults[0].location == "actuator");
+    CHECK(faults[0].value == Approx(factor).epsilon(0.05));
+    CHECK_THAT(fault_message(faults), Contains("every channel reads"));
+  }
+  const std::vector<InstrumentFault> two = Reading((Vector(3) << 1.0, 0.102, 0.102).finished(), 0.1).faults();
+  REQUIRE(two.size() == 2);
+  CHECK(two[0].location == "sensor:body_acc");
+  CHECK(two[1].location == "sensor:wheel_acc");
+  CHECK(Reading((Vector(3) << 1000.0, -1.0, 0.1).finished(), 0.1).faults().size() == 3);
+}
+
+TEST_CASE("accelerometers alone that are off by the factor of g are in another unit, and not the drive") {
+  for (const double factor : {1 / 9.80665, 9.80665}) {
+    Reading reading(Vector::Constant(3, factor), 0.1);
+    for (Sensor& sensor : reading.fit.plant.sensors) sensor.kind = SensorKind::acceleration;
+    CHECK(reading.faults().size() == 3);
+  }
+}
+
+TEST_CASE("gravity in an accelerometer is an offset of its size, and an offset of a displacement is no gross fault") {
+  for (const double offset : {9.81, -9.81}) {
+    const std::vector<InstrumentFault> faults =
+        Reading(Vector::Ones(3), 0.01, (Vector(3) << 0.1, offset, 0.0).finished()).faults();
+    REQUIRE(faults.size() == 1);
+    CHECK(faults[0].effect == "bias");
+    CHECK(faults[0].location == "sensor:body_acc");
+    CHECK(faults[0].value == Approx(offset).epsilon(0.01));
+  }
+  // In g, and with gravity in it: the offset is in the unit of the record.
+  const std::vector<InstrumentFault> both =
+      Reading((Vector(3) << 1, 0.102, 1).finished(), 0.01, (Vector(3) << 0, 1, 0).finished()).faults();
+  REQUIRE(both.size() == 2);
+  CHECK(both[1].effect == "bias");
+  CHECK(both[1].value == Approx(1).epsilon(0.05));
+  CHECK(Reading(Vector::Ones(3), 0.01, (Vector(3) << 0, 0.1, 0.1).finished()).faults().empty());
+}
+
+TEST_CASE("a clock that runs at another rate is told with its sign, from a few samples over the record on") {
+  for (const double skew : {0.005, -0.005, 0.0015, -0.02}) {
+    CAPTURE(skew);
+    const std::vector<InstrumentFault> faults =
+        Reading((Vector(3) << 1, 1.3, 0.8).finished(), 0.1, Vector::Zero(3), skew).faults();
+    REQUIRE(faults.size() == 1);
+    CHECK(faults[0].effect == "clock_skew");
+    CHECK(faults[0].value == Approx(skew).epsilon(0.1));
+    CHECK_THAT(fault_message(faults), Contains("ppm"));
+  }
+  CHECK(Reading(Vector::Ones(3), 0.1, Vector::Zero(3), 1e-4).faults().empty());
+  CHECK(Reading(Vector::Ones(3), 0.1).faults().empty());
+}
