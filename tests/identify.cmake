@@ -9,6 +9,7 @@ wheelhop_tests(identify wheelhop_variants
   lemma/direction.cpp
   lemma/sensitivities.cpp
   lemma/prior.cpp
+  lemma/block_angular.cpp
   lemma/ridge.cpp
   lemma/subspace_methods.cpp
   lemma/inversion_methods.cpp

@@ -220,6 +220,14 @@ void write_file(const fs::path& file, const std::string& content) {
   sync_folder(target.parent_path());
 }
 
+void withdraw(const fs::path& file) {
+  std::error_code error;
+  if (!fs::is_regular_file(fs::symlink_status(file, error))) return;
+  fs::remove(file, error);
+  if (error) fail(file, "remove", error.value());
+  sync_folder(file.parent_path());
+}
+
 void write_json(const fs::path& file, const Json& value) {
   write_file(file, value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }

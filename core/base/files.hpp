@@ -39,6 +39,10 @@ std::string read_file(const std::filesystem::path& file);
 /// not writable), which throws MachineError naming file and reason.
 void write_file(const std::filesystem::path& file, const std::string& content);
 
+/// Takes away a file of an earlier run by which others are found, before those are replaced one by one: so whoever
+/// finds it finds what belongs to it. A link or device stays. MachineError if it cannot be removed.
+void withdraw(const std::filesystem::path& file);
+
 /// `write_file` of the JSON with two-space indent and a final newline. Doubles carry 17 significant digits at most.
 void write_json(const std::filesystem::path& file, const Json& value);
 

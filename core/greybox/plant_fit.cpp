@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/data/metrics.hpp"
 #include "core/data/resample.hpp"
@@ -21,12 +22,14 @@ namespace {
 
 /// Step of the differences, in scales: a tolerance or a typical state is about one, and laws bend within it.
 constexpr double kStep = 1e-4;
-constexpr double kRounding = 1e-9;  // of a scale
-constexpr Index kVisited = 100;     // operating points a record
-constexpr Index kLong = 8;          // blocks
-constexpr Index kStart = 20;        // of a block
-constexpr std::size_t kGroups = 4;  // of the columns of a Jacobian: each group simulates the plant once more
-constexpr double kForgotten = 14;   // e-folds after which an initial state counts as forgotten
+constexpr double kRounding = 1e-9;       // of a scale
+constexpr Index kVisited = 100;          // operating points a record
+constexpr Index kLong = 8;               // blocks
+constexpr Index kStart = 20;             // of a block
+constexpr std::size_t kGroups = 4;       // of the columns of a Jacobian: each group simulates the plant once more
+constexpr double kAtOnceBytes = 2.56e8;  // of columns that are computed beside one another, where all are not kept
+constexpr Index kLeastAtOnce = 16;       // whatever their size: a further pass simulates the plant once more
+constexpr double kForgotten = 14;        // e-folds after which an initial state counts as forgotten
 
 /// Values a parameter may take: its range and the start itself; of one that is known within a tolerance, on the side of
 /// 0 where it is known to lie.
@@ -160,13 +163,32 @@ class PlantProblem final : public ResidualProblem {
     return run_records(plant, records_, states, r);
   }
 
+  BlockAngular layout() const override {
+    std::vector<RowBlock> blocks;
+    for (std::size_t i = 0; i < records_.size(); ++i) blocks.push_back({first_[i], length(i), static_cast<Index>(i)});
+    if (records_.empty()) return {moved(), 0, 1, {}};
+    return {moved(), states(), static_cast<Index>(records_.size()), blocks};
+  }
+
   bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
+    if (records_.size() == 1) return stored_jacobian(theta, r, J);
+    Matrix stored(residuals(), moved() + states());
+    if (!stored_jacobian(theta, r, stored)) return false;
+    J.setZero();
+    J.leftCols(moved()) = stored.leftCols(moved());
+    for (std::size_t i = 0; i < records_.size(); ++i)
+      J.block(first_[i], moved() + states() * static_cast<Index>(i), length(i), states()) =
+          stored.block(first_[i], moved(), length(i), states());
+    return true;
+  }
+
+  bool stored_jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
     Plant plant;
     if (!place(theta, plant)) return false;
     J.setZero();
     const bool at_start = other_ && theta == other_theta_;
-    std::vector<Index> columns;  // parameters, then initial states
-    for (Index j = 0; j < parameters(); ++j)
+    std::vector<Index> columns;  // stored: parameters, then the record's own initial state
+    for (Index j = 0; j < moved() + states(); ++j)
       if (!at_start || !known_column(j, J)) columns.push_back(j);
     const std::size_t groups =
         alone_ ? std::clamp<std::size_t>(static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()), 1, kGroups)
@@ -178,10 +200,25 @@ class PlantProblem final : public ResidualProblem {
       const std::size_t i = task / groups, group = task % groups;
       Vector again;  // every group runs the record, one writes what it leaves
       if (group > 0) again.resize(length(i));
+      const auto put = [&](Index column, const Matrix& values) {
+        J.col(column).segment(first_[i], length(i)) = values.reshaped();
+      };
       ran[task] =
-          vary(plant, theta, i, grouped[group], group > 0 ? VectorRef(again) : r.segment(first_[i], length(i)), J);
+          vary(plant, theta, i, grouped[group], group > 0 ? VectorRef(again) : r.segment(first_[i], length(i)), put);
     });
     return std::find(ran.begin(), ran.end(), 0) == ran.end();
+  }
+
+  /// Columns of the only record's Jacobian, so many at a time.
+  bool columns(ConstVectorRef theta, Index at_once, VectorRef r, const PutColumn& put) const {
+    Plant plant;
+    if (!place(theta, plant)) return false;
+    for (Index from = 0; from == 0 || from < parameters(); from += at_once) {
+      std::vector<Index> some(static_cast<std::size_t>(std::min(at_once, parameters() - from)));
+      std::iota(some.begin(), some.end(), from);
+      if (!vary(plant, theta, 0, some, r, put)) return false;
+    }
+    return true;
   }
 
   bool place(ConstVectorRef theta, Plant& plant) const {
@@ -217,13 +254,11 @@ class PlantProblem final : public ResidualProblem {
     return there(j) >= box_.lower(j) && there(j) <= box_.upper(j) && place(there, plant);
   }
 
-  /// Residuals of a record and their derivatives in given columns: toward a larger parameter, or a smaller one where
-  /// that step leaves the bounds or the domain.
+  /// Residuals of a record and their derivatives (p x scored samples) in given stored columns: toward a larger
+  /// parameter, or a smaller one where that step leaves the bounds or the domain.
   bool vary(const Plant& plant, ConstVectorRef theta, std::size_t i, const std::vector<Index>& columns, VectorRef r,
-            MatrixRef J) const {
-    std::vector<Index> open;
-    for (const Index j : columns)
-      if (concerns(j, i)) open.push_back(j);
+            const PutColumn& put) const {
+    std::vector<Index> open = columns;
     if (open.empty()) return run(plant, theta, i, r);
     const FitRecord& record = records_[i];
     const Index kept = record.y.cols() - record.skip;
@@ -236,7 +271,7 @@ class PlantProblem final : public ResidualProblem {
         Variation variation{.step = step};
         if (j >= moved()) {
           Vector change = Vector::Zero(states());
-          change((j - moved()) % states()) = state_scale_((j - moved()) % states());
+          change(j - moved()) = state_scale_(j - moved());
           variation.initial = whole_state(plant, change);
           variation.kept_samples = remembered_samples(plant_, record, memory_s_);
         } else if (neighbour(theta, j, step, neighbours[k])) {
@@ -253,20 +288,14 @@ class PlantProblem final : public ResidualProblem {
                           run_options(plant, record, initial_state(theta, i)), std::move(variations));
       if (!residual_of(there.simulation, record, r)) return false;
       for (std::size_t k = 0; k < asked.size(); ++k) {
-        auto column = J.col(asked[k]).segment(first_[i], length(i));
-        column.reshaped(record.y.rows(), kept) =
-            record.weight_std.cwiseInverse().asDiagonal() * there.outputs[k].rightCols(kept);
-        if (!there.defined[k] || !column.allFinite()) left.push_back(asked[k]);
+        const Matrix values = record.weight_std.cwiseInverse().asDiagonal() * there.outputs[k].rightCols(kept);
+        put(asked[k], values);
+        if (!there.defined[k] || !values.allFinite()) left.push_back(asked[k]);
       }
       if (left.empty()) return true;
       open = left;
     }
     return false;
-  }
-
-  /// A parameter moves every record, an initial state its own.
-  bool concerns(Index j, std::size_t record) const {
-    return j < moved() || (j - moved()) / states() == static_cast<Index>(record);
   }
 
   Plant plant_;
@@ -446,6 +475,17 @@ std::unique_ptr<ResidualProblem> plant_problem(const Plant& plant, const std::ve
   return std::make_unique<PlantProblem>(plant, parameters, records, state_scale);
 }
 
+bool record_derivatives(const Plant& plant, const std::vector<FitParameter>& parameters, const FitRecord& record,
+                        ConstVectorRef state_scale, ConstVectorRef initial_state, Vector& residual,
+                        const PutColumn& put) {
+  const PlantProblem problem(plant, parameters, {record}, state_scale);
+  Vector theta = Vector::Zero(problem.parameters());
+  theta.tail(initial_state.size()) = initial_state.cwiseQuotient(state_scale);
+  residual.resize(problem.residuals());
+  const double column_bytes = sizeof(double) * static_cast<double>(record.y.size());
+  return problem.columns(theta, std::max(kLeastAtOnce, static_cast<Index>(kAtOnceBytes / column_bytes)), residual, put);
+}
+
 bool plant_residual(const Plant& plant, const std::vector<FitRecord>& records,
                     const std::vector<Vector>& initial_states, Vector& residual) {
   Index total = 0;
@@ -532,12 +572,12 @@ bool linearise(PlantFit& fit, const std::vector<FitParameter>& parameters, const
   for (std::size_t i = 0; i < records.size(); ++i)
     theta.segment(moved + problem.states() * static_cast<Index>(i), problem.states()) =
         fit.initial_states[i].cwiseQuotient(fit.state_scale);
-  fit.jacobian.resize(problem.residuals(), problem.parameters());
-  if (!problem.jacobian(theta, fit.residual, fit.jacobian)) return false;
+  fit.layout = problem.layout();
+  fit.jacobian.resize(problem.residuals(), fit.layout.stored());
+  if (!problem.stored_jacobian(theta, fit.residual, fit.jacobian)) return false;
   fit.covariance.resize(moved, moved);
   if (problem.parameters() == 0) return true;
-  Matrix H = Matrix::Zero(problem.parameters(), problem.parameters());
-  H.selfadjointView<Eigen::Lower>().rankUpdate(fit.jacobian.transpose());
+  Matrix H = fit.layout.lower_gram(fit.jacobian);
   H.diagonal() += fit.precision;
   fit.covariance = Eigen::LDLT<Matrix, Eigen::Lower>(H)
                        .solve(Matrix::Identity(problem.parameters(), problem.parameters()))

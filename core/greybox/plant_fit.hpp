@@ -2,6 +2,7 @@
 /// Grey-box fits: parameters of a plant and the initial states of its records by the free run's error, under priors.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -96,6 +97,16 @@ Index judged_from(const FitRecord& record, Index block);
 std::unique_ptr<ResidualProblem> plant_problem(const Plant& plant, const std::vector<FitParameter>& parameters,
                                                const std::vector<FitRecord>& records, ConstVectorRef state_scale);
 
+/// Takes a column of a Jacobian: its number, and its values p x scored samples.
+using PutColumn = std::function<void(Index column, const Matrix& values)>;
+
+/// Residuals of plant_problem for one record, at the plant itself, and the columns of their Jacobian one after the
+/// other, parameters first, for who need not keep all of them. A column may come a second time, which counts.
+/// False where a simulation fails.
+bool record_derivatives(const Plant& plant, const std::vector<FitParameter>& parameters, const FitRecord& record,
+                        ConstVectorRef state_scale, ConstVectorRef initial_state, Vector& residual,
+                        const PutColumn& put);
+
 /// The residuals of plant_problem for a plant and given initial states. False where a simulation fails.
 bool plant_residual(const Plant& plant, const std::vector<FitRecord>& records,
                     const std::vector<Vector>& initial_states, Vector& residual);
@@ -106,7 +117,9 @@ struct PlantFit {
   Vector theta;                        ///< of the parameters, in scales
   Vector residual;                     ///< r of plant_problem at the solution, without the priors'
   Vector precision;                    ///< of the priors, one a column of the Jacobian
-  Matrix jacobian;                     ///< derivatives of r; parameters first, then initial states. Of a linearised fit
+  Matrix jacobian;                     ///< derivatives of r: of parameters, then of the own initial state of a record,
+                                       ///< stored as `layout` says. Of a linearised fit
+  BlockAngular layout;                 ///< columns are the parameters, then the initial states of each record. Likewise
   Matrix covariance;                   ///< of theta: (J'J + prior precision)^-1, initial states marginalised. Likewise
   Vector state_scale, states_at_rest;  ///< 2n, and 2n a record in these: RMS under the drive, and rest in equilibrium
   std::vector<Vector> initial_states;  ///< 2n a record

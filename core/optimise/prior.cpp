@@ -14,6 +14,18 @@ class WithPrior final : public ResidualProblem {
   Index residuals() const override { return problem_.residuals() + parameters(); }
   Box box() const override { return problem_.box(); }
 
+  /// A row of the prior has one number: those of the common parameters count to the last group, the others to their
+  /// own.
+  BlockAngular layout() const override {
+    const BlockAngular of = problem_.layout();
+    std::vector<RowBlock> blocks = of.blocks();
+    Index first = problem_.residuals();
+    blocks.push_back({first, of.common(), of.groups() - 1});
+    first += of.common();
+    for (Index group = 0; group < of.groups(); ++group, first += of.own()) blocks.push_back({first, of.own(), group});
+    return {of.common(), of.own(), of.groups(), blocks};
+  }
+
   bool residual(ConstVectorRef theta, VectorRef r) const override {
     r.tail(parameters()) = prior_residual(theta);
     return problem_.residual(theta, r.head(problem_.residuals()));
@@ -23,6 +35,16 @@ class WithPrior final : public ResidualProblem {
     r.tail(parameters()) = prior_residual(theta);
     J.bottomRows(parameters()) = precision_.cwiseSqrt().asDiagonal();
     return problem_.jacobian(theta, r.head(problem_.residuals()), J.topRows(problem_.residuals()));
+  }
+
+  bool stored_jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
+    const BlockAngular of = problem_.layout();
+    r.tail(parameters()) = prior_residual(theta);
+    auto own = J.bottomRows(parameters());
+    own.setZero();
+    for (Index i = 0; i < parameters(); ++i)
+      own(i, i < of.common() ? i : of.common() + (i - of.common()) % of.own()) = std::sqrt(precision_(i));
+    return problem_.stored_jacobian(theta, r.head(problem_.residuals()), J.topRows(problem_.residuals()));
   }
 
   bool cost(ConstVectorRef theta, double& cost) const override {

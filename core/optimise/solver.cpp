@@ -17,6 +17,7 @@ class CountedProblem final : public ResidualProblem {
   Index parameters() const override { return problem_.parameters(); }
   Index residuals() const override { return problem_.residuals(); }
   Box box() const override { return problem_.box(); }
+  BlockAngular layout() const override { return problem_.layout(); }
   bool residual(ConstVectorRef theta, VectorRef r) const override {
     return ask(counted.costs, [&] { return problem_.residual(theta, r); });
   }
@@ -25,6 +26,9 @@ class CountedProblem final : public ResidualProblem {
   }
   bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
     return ask(counted.linearisations, [&] { return problem_.jacobian(theta, r, J); });
+  }
+  bool stored_jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
+    return ask(counted.linearisations, [&] { return problem_.stored_jacobian(theta, r, J); });
   }
   bool normal_equations(ConstVectorRef theta, double& cost, Vector& gradient, Matrix& gauss_newton) const override {
     return ask(counted.linearisations, [&] { return problem_.normal_equations(theta, cost, gradient, gauss_newton); });
@@ -57,6 +61,8 @@ class CountedProblem final : public ResidualProblem {
 
 }  // namespace
 
+BlockAngular ResidualProblem::layout() const { return {parameters(), 0, 1, {{0, residuals(), 0}}}; }
+
 bool ResidualProblem::cost(ConstVectorRef theta, double& cost) const {
   Vector r(residuals());
   if (!residual(theta, r)) return false;
@@ -66,13 +72,13 @@ bool ResidualProblem::cost(ConstVectorRef theta, double& cost) const {
 
 bool ResidualProblem::normal_equations(ConstVectorRef theta, double& cost, Vector& gradient,
                                        Matrix& gauss_newton) const {
+  const BlockAngular blocks = layout();
   Vector r(residuals());
-  Matrix J(residuals(), parameters());
-  if (!jacobian(theta, r, J)) return false;
+  Matrix J(residuals(), blocks.stored());
+  if (!stored_jacobian(theta, r, J)) return false;
   cost = 0.5 * r.squaredNorm();
-  gradient.noalias() = J.transpose() * r;
-  gauss_newton.setZero(parameters(), parameters());
-  gauss_newton.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose());
+  gradient = blocks.transposed_times(J, r);
+  gauss_newton = blocks.lower_gram(J);
   return true;
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/base/linalg.hpp"
 #include "core/base/status.hpp"
+#include "core/optimise/block_angular.hpp"
 
 namespace wheelhop {
 
@@ -31,12 +32,18 @@ class ResidualProblem {
   /// r and its Jacobian. @param J residuals() x parameters()
   virtual bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const = 0;
 
+  /// Which parameters a residual depends on. Default: every one on all.
+  virtual BlockAngular layout() const;
+
+  /// r and the Jacobian as far as it is stored. @param J residuals() x layout().stored(). Default: jacobian().
+  virtual bool stored_jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const { return jacobian(theta, r, J); }
+
   /// cost = 1/2 r'r. Default: by residual().
   virtual bool cost(ConstVectorRef theta, double& cost) const;
 
-  /// cost, gradient J'r and Gauss-Newton matrix J'J (lower triangle). Default: by jacobian(); long records override it
-  /// to accumulate block by block, so that memory does not grow with the record. A solver that needs the gradient alone
-  /// asks for it here as well.
+  /// cost, gradient J'r and Gauss-Newton matrix J'J (lower triangle). Default: by stored_jacobian(); long records
+  /// override it to accumulate block by block, so that memory does not grow with the record. A solver that needs the
+  /// gradient alone asks for it here as well.
   virtual bool normal_equations(ConstVectorRef theta, double& cost, Vector& gradient, Matrix& gauss_newton) const;
 };
 
@@ -59,7 +66,7 @@ struct Budget {
 /// Answers a problem gave, counted by Solver::minimise.
 struct Evaluations {
   Index costs = 0;           ///< of residual() and cost()
-  Index linearisations = 0;  ///< of jacobian() and normal_equations()
+  Index linearisations = 0;  ///< of jacobian(), stored_jacobian() and normal_equations()
   Index total() const { return costs + linearisations; }
 };
 

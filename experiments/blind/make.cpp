@@ -78,8 +78,23 @@ bool is_empty_or_absent(const fs::path& folder) {
   return !fs::exists(folder, error) || fs::is_empty(folder, error);
 }
 
-/// Cases and keys are made once: a key that is lost opens no cases any more.
-void require_new(const BlindMakeRequest& request) {
+[[noreturn]] void refuse_key(const fs::path& folder, const std::string& found) {
+  throw UserError(fmt::format("{}: expected a folder without a key, found {}; choose another folder for this key",
+                              folder.string(), found));
+}
+
+/// Names of the sets of all cases, in order; none where the file is no key.
+std::vector<std::string> sets_of_key(const fs::path& file) {
+  std::vector<std::string> sets;
+  for (const Json& one : Json::parse(read_file(file), nullptr, false))
+    if (one.is_object()) sets.push_back(one.value("set", ""));
+  std::sort(sets.begin(), sets.end());
+  return sets;
+}
+
+/// Cases and keys are made once: a key that is lost opens no cases any more. A key whose cases are not there may be
+/// that of a call that was stopped between the two, if it is of these cases.
+void require_new(const BlindMakeRequest& request, const std::vector<CaseSpec>& specs) {
   if (lies_inside(request.key, request.out))
     throw UserError(request.key.string() + ": expected a folder for the key outside " + request.out.string() +
                     ", which is handed out");
@@ -90,10 +105,12 @@ void require_new(const BlindMakeRequest& request) {
       .check();
   if (!is_empty_or_absent(request.out))
     throw UserError(request.out.string() + ": expected a new or empty folder for the cases");
-  for (const char* name : {"key.json", "truth"})
-    if (fs::exists(request.key / name))
-      throw UserError(fmt::format("{}: expected a folder without a key, found {}; choose another folder for this key",
-                                  request.key.string(), name));
+  const bool has_key = fs::exists(request.key / "key.json");
+  if (!has_key && fs::exists(request.key / "truth")) refuse_key(request.key, "truth");
+  std::vector<std::string> sets;
+  for (const CaseSpec& spec : specs) sets.push_back(spec.set);
+  std::sort(sets.begin(), sets.end());
+  if (has_key && sets_of_key(request.key / "key.json") != sets) refuse_key(request.key, "key.json");
 }
 
 /// Positions of the cases that exist, in an order that tells nothing of their kind.
@@ -120,7 +137,7 @@ void for_all(std::size_t count, const BlindMakeRequest& request, const char* wha
 
 int run_blind_make(const BlindMakeRequest& request) {
   const std::vector<CaseSpec> specs = blind::read_cases(JsonCursor::load(request.config), request.seed);
-  require_new(request);
+  require_new(request, specs);
   std::vector<Prepared> prepared(specs.size());
   for_all(specs.size(), request, "strengths of blind cases",
           [&](std::size_t i) { prepared[i] = blind::prepare(specs[i]); });
@@ -138,18 +155,22 @@ int run_blind_make(const BlindMakeRequest& request) {
     }
   StagedSet key_set(request.key, "key.json"), case_set(request.out, "manifest.json");
   write_json(key_set.path() / "key.json", key);
+  // Of a call that was stopped when its key was in place and its cases were not.
+  const bool has_key = fs::exists(request.key / "key.json");
+  if (has_key && read_file(request.key / "key.json") != read_file(key_set.path() / "key.json"))
+    refuse_key(request.key, "key.json of other cases");
   for_all(order.size(), request, "records of blind cases", [&](std::size_t k) {
     const Prepared& one = prepared[order[k]];
     const fs::path folder = case_set.path() / name_of(k);
     write_records(folder, blind::measured_records(one));
     write_json(folder / "plant.json", one.spec.plan->file);
-    if (one.spec.truth) write_records(key_set.path() / "truth" / name_of(k), blind::truth_records(one));
+    if (one.spec.truth && !has_key) write_records(key_set.path() / "truth" / name_of(k), blind::truth_records(one));
   });
   write_json(case_set.path() / "manifest.json",
              {{"schema", "wheelhop.blind/1"},
               {"cases", order.size()},
               {"key_sha256", blind::sha256(read_file(key_set.path() / "key.json"))}});
-  key_set.publish();  // first: cases without a key would be lost
+  if (!has_key) key_set.publish();  // first: cases without a key would be lost
   case_set.publish();
   return 0;
 }

@@ -32,7 +32,8 @@ struct BlindMakeRequest {
 /// form, strength, unit}]. Cases whose effect cannot reach its gap are left out: their entries stand at the end with
 /// `"case": null`, `"strength_class": "unreachable"` and `why`, and stderr names them.
 ///
-/// @return 0. UserError for every mistake in the config, a DIR that is not empty, a KEYDIR inside DIR or with a key.
+/// @return 0. UserError for every mistake in the config, a DIR that is not empty, a KEYDIR inside DIR or with a key,
+/// but for the key of the same cases, which a call that was stopped had put in place before them.
 int run_blind_make(const BlindMakeRequest& request);
 
 }  // namespace wheelhop

@@ -38,12 +38,19 @@ Plant bare_plant(const Plant& plant, const Diagnosis& diagnosis) {
   return bare;
 }
 
+/// What an earlier run left under the names of this one. First the diagnosis itself, which names its plant; figures and
+/// page of another diagnosis would lie.
+void withdraw_earlier(const DiagnoseRequest& request) {
+  withdraw(request.out);
+  if (request.report.empty()) return;
+  withdraw(figures_beside(request.out));
+  withdraw(request.report);
+}
+
 /// A diagnosis does not fail for want of a picture.
 void draw(const Plant& plant, const Examination& examination, const DiagnoseRequest& request) {
   const std::filesystem::path figures = figures_beside(request.out);
   write_json(figures, diagnosis_figures_json(plant, examination));
-  std::error_code ignored;
-  std::filesystem::remove(request.report, ignored);  // the page of an earlier run would lie
   std::fflush(stdout);
   const Rendered drawn = render(request.out, request.report);
   if (drawn.exit_status == 0)
@@ -112,6 +119,7 @@ int run_diagnose(const DiagnoseRequest& request) {
   const Diagnosis diagnosis =
       at_records(set, request.records, [&] { return diagnose_records(plant, set, effect_candidates, step); });
   if (diagnosis.status != Status::ok) {
+    withdraw_earlier(request);
     write_diagnosis(plant, diagnosis, nullptr, request.out);
     std::fprintf(stderr, "wheelhop: %s\n", diagnosis.verdict.message.c_str());
     return 1;
@@ -125,6 +133,7 @@ int run_diagnose(const DiagnoseRequest& request) {
       examine({plant, diagnosis.retuned_plant, diagnosis.plant}, set, diagnosis.floor, bare_plant(plant, diagnosis),
               place_of_note(diagnosis), *solver,
               {.ceiling = place_of_ceiling(diagnosis), .map = map.get(), .map_solver = map_solver.get()}, bootstrap);
+  withdraw_earlier(request);
   const std::filesystem::path corrected = write_diagnosis(plant, diagnosis, &examination, request.out);
   Placebo again;
   if (request.placebo > 0) {

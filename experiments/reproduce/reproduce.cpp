@@ -32,13 +32,13 @@ bool all_ok(const std::vector<RealisationRow>& rows) {
   return true;
 }
 
-/// Figures of an earlier run beside a new table would lie.
-void remove_drawings(const std::filesystem::path& out) {
-  std::error_code ignored;
+/// Figures of an earlier run beside a new table would lie. Its table goes first: it stands with its own figures only.
+void withdraw_earlier(const std::filesystem::path& out) {
+  withdraw(out / "table1.json");
   for (const PaperSignal& signal : kPaperSignals)
-    std::filesystem::remove(out / "figures" / fmt::format("figure{}.svg", signal.figure), ignored);
-  std::filesystem::remove(out / "figures" / "figures.json", ignored);
-  std::filesystem::remove(out / "report.html", ignored);
+    withdraw(out / "figures" / fmt::format("figure{}.svg", signal.figure));
+  withdraw(out / "figures" / "figures.json");
+  withdraw(out / "report.html");
 }
 
 void draw(const std::filesystem::path& out) {
@@ -72,7 +72,7 @@ int run_reproduce(const ReproduceRequest& request) {
     timing["realisation_s"].push_back(row.seconds);
     timing["as_printed_s"].push_back(row.as_printed_seconds);
   }
-  remove_drawings(request.out);
+  withdraw_earlier(request.out);
   write_json(request.out / "timing.json", timing);
   if (!figures.is_null()) write_json(request.out / "figures" / "figures.json", figures);
   write_json(request.out / "table1.json", table);

@@ -124,7 +124,7 @@ bool RowStore::merge(std::size_t total, const std::function<void()>& finish) {
   rows_->sync();
   scan();
   if (places_.size() < total) return false;
-  const fs::path sorted = folder_ / "rows.jsonl", beside = folder_ / fmt::format(".rows.jsonl.new-{}", ::getpid());
+  const fs::path sorted = folder_ / "rows.jsonl", beside = temporary_beside(sorted);
   {
     std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
     for_each([&](const RowKey&, const std::string& line) { stream << line << '\n'; });
@@ -141,8 +141,6 @@ bool RowStore::merge(std::size_t total, const std::function<void()>& finish) {
   fs::rename(beside, sorted);
   for (const fs::path& file : files_)
     if (file != sorted) fs::remove(file);
-  for (const auto& entry : fs::directory_iterator(folder_))  // of merges that were killed
-    if (entry.path().filename().string().starts_with(".rows.jsonl.new-")) fs::remove(entry.path());
   scan();
   finish();
   rows_.reset();  // lets others write only now: its file is no longer the one of that name

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <limits>
 
+#include "core/base/files.hpp"
 #include "core/base/status.hpp"
 #include "experiments/run/statistics.hpp"
 
@@ -154,7 +155,7 @@ void write_rows_csv(const RowIndex& rows, const std::filesystem::path& file) {
     for (const auto& [column, value] : row.items())
       if (known.try_emplace(column, columns.size()).second) columns.push_back(column);
   });
-  const std::filesystem::path beside = file.string() + ".new";
+  const std::filesystem::path beside = temporary_beside(file);
   {
     std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
     for (std::size_t i = 0; i < columns.size(); ++i) stream << (i == 0 ? "" : ",") << quoted(columns[i]);

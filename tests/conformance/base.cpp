@@ -10,6 +10,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <fstream>
+#include <map>
 #include <thread>
 
 #include "core/base/files.hpp"
@@ -18,6 +19,7 @@
 #include "core/base/place.hpp"
 #include "core/base/random.hpp"
 #include "core/base/status.hpp"
+#include "tests/kill/kill_at.hpp"
 #include "tests/support/folder.hpp"
 
 using namespace wheelhop;
@@ -344,43 +346,51 @@ TEST_CASE("a failed write keeps the old file, leaves nothing beside it, and says
   CHECK(folder.names() == std::vector<std::string>{"a"});
 }
 
-TEST_CASE("a set of files that is killed while it is put into place is whole or not there, never mixed") {
-  const test::Folder folder;
-  const fs::path place = folder / "set";
+TEST_CASE("a set of files that is killed at any of its calls is whole or not there, never mixed") {
   constexpr int files = 6;
-  const auto publish = [&](int number) {
+  const auto publish = [](const fs::path& place, int number) {
     StagedSet set(place, "index");
     for (int i = 0; i < files; ++i) write_file(set.path() / ("f" + std::to_string(i)), std::to_string(number));
     write_file(set.path() / "index", std::to_string(number));
-    set.publish({"old"});
+    set.publish({"old"}, "f3");
   };
-  // Kills fall at all times of two sets, however fast the disk is.
-  const auto start = std::chrono::steady_clock::now();
-  publish(-1);
-  const double once_us = std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
-  Random random(5, Stream::parameters);
-  int found = 0;
-  for (int trial = 0; trial < 60; ++trial) {
-    if (trial % 10 == 0) fs::remove_all(place);
-    const pid_t child = ::fork();
-    if (child == 0)
-      for (int number = 1000 * trial;; ++number) publish(number);
-    ::usleep(static_cast<useconds_t>(2.5 * once_us * random.uniform()));
-    ::kill(child, SIGKILL);
-    ::waitpid(child, nullptr, 0);
-    CAPTURE(trial);
-    if (!fs::exists(place / "index")) continue;
-    ++found;
-    const std::string number = read_file(place / "index");
-    for (int i = 0; i < files; ++i) CHECK(read_file(place / ("f" + std::to_string(i))) == number);
+  // Of a set in a new folder, then of one that replaces another.
+  for (const bool replaces : {false, true}) {
+    std::map<std::string, int> found;
+    bool ended = false;
+    int call = 0;
+    while (!ended) {
+      const test::Folder folder;
+      const fs::path place = folder / "set";
+      if (replaces) publish(place, 1);
+      ++call;
+      const pid_t child = ::fork();
+      if (child == 0) {
+        test::kill_at_call(call);
+        publish(place, 2);
+        ::_exit(0);
+      }
+      int state = 0;
+      REQUIRE(::waitpid(child, &state, 0) == child);
+      ended = WIFEXITED(state);
+      CAPTURE(replaces, call);
+      const std::string number = fs::exists(place / "index") ? read_file(place / "index") : "none";
+      ++found[number];
+      if (number != "none")
+        for (int i = 0; i < files; ++i) CHECK(read_file(place / ("f" + std::to_string(i))) == number);
+      publish(place, 3);
+      remove_leftovers(place);
+      remove_leftovers(folder.path());
+      CHECK(read_file(place / "f0") == "3");
+      CHECK(folder.names() == std::vector<std::string>{"set"});
+      CHECK(std::distance(fs::directory_iterator(place), fs::directory_iterator()) == files + 1);
+    }
+    // Every file is written and renamed, and in a folder that was there every one is put into place by itself.
+    CHECK(call > 2 * (files + 1) + (replaces ? files + 1 : 1));
+    CHECK(found["2"] > 0);
+    CHECK(found["none"] >= files);
+    CHECK((found["1"] > 2 * files) == replaces);
   }
-  CHECK(found > 10);
-  publish(-1);
-  CHECK(read_file(place / "f0") == "-1");
-  remove_leftovers(place);
-  remove_leftovers(folder.path());
-  CHECK(folder.names() == std::vector<std::string>{"set"});
-  CHECK(std::distance(fs::directory_iterator(place), fs::directory_iterator()) == files + 1);
 }
 
 TEST_CASE("a set of files leaves what else stands in its folder, and nothing of a set that was given up") {

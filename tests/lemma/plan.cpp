@@ -63,12 +63,15 @@ EffectCandidate changed(const Plant& plant, const std::string& parameter, double
 
 Visibility seen_with(const Plant& plant, const std::vector<EffectCandidate>& candidates,
                      const std::vector<FitRecord>& records) {
-  const Responses r = responses(plant, candidates, records);
+  Matrix sum;
+  const Responses r =
+      responses(plant, candidates, {}, records, 1e9, [&](const Responses&, Index sensor, const Matrix& gram) {
+        if (sensor == 0) sum = Matrix::Zero(gram.rows(), gram.cols());
+        sum += gram;
+      });
   INFO(r.message);
   REQUIRE(r.status == Status::ok);
-  std::vector<Index> sensors;
-  for (Index i = 0; i < plant.sensor_count(); ++i) sensors.push_back(i);
-  return visibility(r, sensors, 1, plant.sensor_count());
+  return visibility(r, sum, plant.sensor_count());
 }
 
 }  // namespace
@@ -116,6 +119,27 @@ TEST_CASE("sizes go with one over the noise, cosines are symmetric and in [-1, 1
   };
   // What an asymmetric damper does is even, friction is odd.
   CHECK(std::abs(quiet.cosine(index("damper_asymmetry"), index("coulomb_friction"))) < 0.3);
+}
+
+TEST_CASE("what a sensor tells is the same however little memory there is, in one pass over the sensors or in many") {
+  const Plant plant = plant_from(quarter_car_text);
+  const std::vector<FitRecord> records = drive_of(plant, 0.004, 4, 4);
+  const std::vector<EffectCandidate> candidates = some_of(plant, {"damper_asymmetry", "sensor_lag"});
+  const auto grams_in = [&](double bytes) {
+    std::vector<Matrix> grams;
+    const Responses r = responses(plant, candidates, {}, records, bytes,
+                                  [&](const Responses&, Index, const Matrix& gram) { grams.push_back(gram); });
+    REQUIRE(r.status == Status::ok);
+    return grams;
+  };
+  const std::vector<Matrix> one = grams_in(1e9), many = grams_in(1);
+  REQUIRE(one.size() == plant.sensors.size());
+  REQUIRE(many.size() == one.size());
+  for (std::size_t s = 0; s < one.size(); ++s) {
+    CHECK(one[s] == many[s]);
+    CHECK(one[s].diagonal().minCoeff() >= 0);
+    CHECK(one[s].norm() > 0);
+  }
 }
 
 TEST_CASE("friction grows against the response as the level falls") {

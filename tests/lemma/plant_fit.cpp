@@ -252,6 +252,43 @@ TEST_CASE("an initial state is found in the part of a record that remembers it, 
   }
 }
 
+TEST_CASE("the Jacobian of several records is stored without the columns of other records' states, which are zero") {
+  const Plant plant = plant_from(quarter_car_text);
+  std::vector<FitRecord> records;
+  for (const std::uint64_t cell : {523, 524, 525})
+    records.push_back(measure(plant, cell == 524 ? 3.0 : 2.0, 0.004, 0.05, cell).record);
+  const std::vector<FitParameter> parameters = tolerance_parameters(plant);
+  const auto problem = plant_problem(plant, parameters, records, Vector::Constant(4, 0.01));
+  const BlockAngular layout = problem->layout();
+  REQUIRE(layout.columns() == problem->parameters());
+  CHECK(layout.stored() == static_cast<Index>(parameters.size()) + 4);
+  const Vector theta = Vector::Constant(problem->parameters(), 0.1);
+  Vector r(problem->residuals()), r_stored = r;
+  Matrix J(problem->residuals(), problem->parameters()), stored(problem->residuals(), layout.stored());
+  REQUIRE(problem->jacobian(theta, r, J));
+  REQUIRE(problem->stored_jacobian(theta, r_stored, stored));
+  CHECK(r == r_stored);
+  for (const RowBlock& block : layout.blocks())
+    for (Index j = 0; j < layout.stored(); ++j)
+      CHECK(J.col(layout.column(j, block.group)).segment(block.first, block.count) ==
+            stored.col(j).segment(block.first, block.count));
+  CHECK(J.norm() == Approx(stored.norm()));  // nothing stands elsewhere
+  // One record's columns, one after the other, are those of a problem of that record alone.
+  Vector residual;
+  Index columns = 0;
+  const auto alone = plant_problem(plant, parameters, {records[0]}, Vector::Constant(4, 0.01));
+  Vector r_alone(alone->residuals()), start = Vector::Zero(alone->parameters());
+  Matrix J_alone(alone->residuals(), alone->parameters());
+  REQUIRE(alone->jacobian(start, r_alone, J_alone));
+  REQUIRE(record_derivatives(plant, parameters, records[0], Vector::Constant(4, 0.01), Vector::Zero(4), residual,
+                             [&](Index column, const Matrix& values) {
+                               ++columns;
+                               CHECK(values.reshaped() == J_alone.col(column));
+                             }));
+  CHECK(columns == alone->parameters());
+  CHECK(residual == r_alone);
+}
+
 TEST_CASE("a plant that fails beyond the part of a record that remembers the start has no fit of its initial states") {
   const Plant plant = plant_from(quarter_car_text);
   Measurement m = measure(plant, 40, 0.004, 0.05, 521);

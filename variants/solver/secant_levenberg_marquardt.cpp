@@ -80,17 +80,18 @@ class SecantLevenbergMarquardt final : public Solver {
   struct Search {
     const ResidualProblem& problem;
     const Box box = problem.box();
+    const BlockAngular layout = problem.layout();
     Vector theta, r, gradient, scale, where_new;
-    Matrix J, H;
+    Matrix J, H;  // J in its stored form
     double cost = 0, cost_when_new = 0;
     bool fresh = false;       // J belongs to theta
     bool fresh_step = false;  // the step before was made with such a J
 
     Search(const ResidualProblem& p, const Vector& start)
-        : problem(p), theta(start), r(p.residuals()), J(p.residuals(), p.parameters()) {}
+        : problem(p), theta(start), r(p.residuals()), J(p.residuals(), layout.stored()) {}
 
     bool renew() {
-      if (!problem.jacobian(theta, r, J)) return false;
+      if (!problem.stored_jacobian(theta, r, J)) return false;
       cost = cost_when_new = 0.5 * r.squaredNorm();
       where_new = theta;
       fresh = true;
@@ -111,9 +112,8 @@ class SecantLevenbergMarquardt final : public Solver {
     }
 
     void normal() {
-      gradient.noalias() = J.transpose() * r;
-      H.setZero(J.cols(), J.cols());
-      H.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose());
+      gradient = layout.transposed_times(J, r);
+      H = layout.lower_gram(J);
       scale = scale.size() == 0 ? Vector(H.diagonal()) : Vector(scale.cwiseMax(H.diagonal()));
     }
 
@@ -139,10 +139,18 @@ class SecantLevenbergMarquardt final : public Solver {
       if (!(cost_there < cost)) return false;
       gain = (cost - cost_there) / std::max(promised, 1e-300);
       decrease = (cost - cost_there) / cost;
-      // Broyden's update in the metric of the scaling: the least change of J that explains the step just made.
+      // Broyden's update in the metric of the scaling: the least change of J that explains the step just made. A row
+      // changes where it can differ from zero only (Schubert 1970, Math. Comp. 24:27).
       const Vector metric = floor.cwiseProduct(step);
-      const Vector missed = r_there - r - J * step;
-      J.noalias() += missed * (metric / step.dot(metric)).transpose();
+      Vector missed = r_there - r;
+      layout.subtract_times(J, step, missed);
+      for (const RowBlock& block : layout.blocks()) {
+        const Vector own_step = layout.of_group(step, block.group), own_metric = layout.of_group(metric, block.group);
+        const double length = own_step.dot(own_metric);
+        if (length > 0)
+          J.middleRows(block.first, block.count).noalias() +=
+              missed.segment(block.first, block.count) * (own_metric / length).transpose();
+      }
       theta = there;
       r = std::move(r_there);
       cost = cost_there;

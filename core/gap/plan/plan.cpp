@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,7 @@ namespace wheelhop {
 namespace {
 
 constexpr double kAssumedNoise = 0.01;  // of the RMS of an output
+constexpr double kColumnBytes = 5e8;    // that the responses of all candidates may take at once, a judgement
 constexpr double kComparable = 0.5;     // share of the best form's size from which a form counts in comparisons
 
 /// The forms of one effect at one place.
@@ -75,24 +77,6 @@ PlanView view_of(std::string name, const std::vector<Forms>& groups, const std::
   return view;
 }
 
-std::vector<Index> first(Index count) {
-  std::vector<Index> list(static_cast<std::size_t>(count));
-  std::iota(list.begin(), list.end(), Index{0});
-  return list;
-}
-
-/// The plants of candidates, with further inputs and sensors behind their own.
-Plant extended(Plant plant, const std::vector<PlantInput>& inputs, const std::vector<Sensor>& sensors) {
-  plant.inputs.insert(plant.inputs.end(), inputs.begin(), inputs.end());
-  plant.sensors.insert(plant.sensors.end(), sensors.begin(), sensors.end());
-  return plant;
-}
-std::vector<EffectCandidate> extended(std::vector<EffectCandidate> candidates, const std::vector<PlantInput>& inputs,
-                                      const std::vector<Sensor>& sensors) {
-  for (EffectCandidate& candidate : candidates) candidate.plant = extended(std::move(candidate.plant), inputs, sensors);
-  return candidates;
-}
-
 /// A further sensor is as noisy as the worst of its kind in the plant; without one, 1 % of what it reads.
 /// @param readings nominal outputs of the plant with the sensor last
 double noise_of(const Plant& plant, const Sensor& sensor, const FitRecord& record, ConstVectorRef readings) {
@@ -115,26 +99,29 @@ std::vector<FitRecord> shortened(const Plant& plant, std::vector<FitRecord> reco
   return records;
 }
 
-/// The planned drives with every sensor that could be added: read with or without them, they are several items.
-struct Bench {
-  std::vector<MenuSensor> sensors;
-  Responses responses;
+/// Sum of the products of sensors, each times a factor.
+class Sum {
+ public:
+  explicit Sum(double factor) : factor_(factor) {}
+  void add(const Matrix& gram) {
+    if (sum_.size() == 0) sum_ = Matrix::Zero(gram.rows(), gram.cols());
+    sum_ += factor_ * gram;
+  }
+  const Matrix& value() const { return sum_; }
+
+ private:
+  double factor_;
+  Matrix sum_;
 };
 
-Bench with_all_sensors(const Plant& plant, std::vector<FitRecord> records,
-                       const std::vector<EffectCandidate>& candidates) {
-  Bench bench;
-  std::vector<Sensor> added;
-  for (MenuSensor& sensor : menu_sensors(plant)) {
-    added.push_back(sensor.sensor);
-    bench.sensors.push_back(std::move(sensor));
-  }
-  const Plant whole = extended(plant, {}, added);
+/// Noise of the sensors that could be added, behind that of the plant's own.
+Status add_noise_of(const Plant& plant, const std::vector<Sensor>& added, std::vector<FitRecord>& records,
+                    std::string& message) {
   std::vector<FitRecord> runs = records;
   Vector ignored;
   std::vector<Vector> start;
-  bench.responses.status = nominal_outputs(whole, runs, ignored, start, bench.responses.message);
-  if (bench.responses.status != Status::ok) return bench;
+  const Status status = nominal_outputs(extended(plant, {{}, added}), runs, ignored, start, message);
+  if (status != Status::ok) return status;
   const Index own = plant.sensor_count();
   for (std::size_t r = 0; r < records.size(); ++r) {
     records[r].weight_std.conservativeResize(own + static_cast<Index>(added.size()));
@@ -143,8 +130,7 @@ Bench with_all_sensors(const Plant& plant, std::vector<FitRecord> records,
       records[r].weight_std(row) = noise_of(plant, added[s], records[r], runs[r].y.row(row).transpose());
     }
   }
-  bench.responses = responses(whole, extended(candidates, {}, added), std::move(records));
-  return bench;
+  return status;
 }
 
 }  // namespace
@@ -188,25 +174,37 @@ Plan plan_test(const Plant& plant, const std::vector<FitRecord>& records, Index 
     if (step) step(what);
   };
 
-  say("the test as planned");
-  const Bench bench = with_all_sensors(plant, records, candidates);
-  plan.status = bench.responses.status;
-  plan.message = bench.responses.message;
-  if (plan.status != Status::ok) return plan;
-  const auto read = [&](const std::string& name, const Responses& from, std::vector<Index> sensors, double power) {
-    return view_of(name, groups, candidates, visibility(from, sensors, power, own));
+  const auto view = [&](const std::string& name, const Responses& known, const Matrix& gram) {
+    return view_of(name, groups, candidates, visibility(known, gram, own));
   };
-  plan.planned = read("as planned", bench.responses, first(own), 1);
-  std::vector<PlanView> menu;
+  // Of an item of the menu only what it says of pairs that look alike as planned is kept.
+  std::vector<PlanItem> menu;
+  const auto offer = [&](PlanView seen) { menu.push_back(judged(std::move(seen), plan, options.compared)); };
 
+  say("the test as planned");
+  std::vector<Sensor> added;
+  const std::vector<MenuSensor> sensors = menu_sensors(plant);
+  for (const MenuSensor& sensor : sensors) added.push_back(sensor.sensor);
+  std::vector<FitRecord> read = records;
+  plan.status = add_noise_of(plant, added, read, plan.message);
+  if (plan.status != Status::ok) return plan;
   const double more = repeats < 4 ? 4 : 2 * static_cast<double>(repeats);
-  menu.push_back(read(fmt::format("with {:g} repeats of the drive", more), bench.responses, first(own),
-                      more / static_cast<double>(repeats)));
-  for (std::size_t s = 0; s < bench.sensors.size(); ++s) {
-    std::vector<Index> sensors = first(own);
-    sensors.push_back(own + static_cast<Index>(s));
-    menu.push_back(read(bench.sensors[s].name, bench.responses, sensors, 1));
-  }
+  Sum once(1), repeated(more / static_cast<double>(repeats));
+  const Responses planned = responses(
+      plant, candidates, {{}, added}, std::move(read), kColumnBytes,
+      [&](const Responses& known, Index sensor, const Matrix& gram) {
+        if (sensor >= own)
+          return offer(view(sensors[static_cast<std::size_t>(sensor - own)].name, known, once.value() + gram));
+        once.add(gram);
+        repeated.add(gram);
+        if (sensor + 1 < own) return;
+        plan.planned = view("as planned", known, once.value());
+        plan.pairs = pairs_of(plan.planned);
+        offer(view(fmt::format("with {:g} repeats of the drive", more), known, repeated.value()));
+      });
+  plan.status = planned.status;
+  plan.message = planned.message;
+  if (plan.status != Status::ok) return plan;
   std::vector<FitRecord> nominal = shortened(plant, records, options.menu_s);
   Vector ignored;
   std::vector<Vector> start;
@@ -214,7 +212,9 @@ Plan plan_test(const Plant& plant, const std::vector<FitRecord>& records, Index 
   for (const FitRecord& record : nominal)
     plan.menu_s = std::max(plan.menu_s, static_cast<double>(record.drive.cols()) / plant.hold_hz());
   std::vector<MenuDrive> drives = menu_drives(plant, nominal);
-  std::vector<PlanView> driven(drives.size());
+  std::vector<PlanItem> driven(drives.size());
+  const std::size_t at_once = std::min(std::max<std::size_t>(drives.size(), 1),
+                                       static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
   std::mutex saying;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, drives.size(), 1), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
@@ -223,18 +223,19 @@ Plan plan_test(const Plant& plant, const std::vector<FitRecord>& records, Index 
         const std::lock_guard lock(saying);
         say(item.name);
       }
-      const Responses seen =
-          responses(extended(plant, item.inputs, {}), extended(candidates, item.inputs, {}), std::move(item.records));
-      if (seen.status == Status::ok) {
-        driven[i] = read(item.name, seen, first(own), 1);
-      } else {
-        driven[i].name = item.name;
-        driven[i].message = seen.message;
-      }
+      Sum all(1);
+      const Responses seen = responses(plant, candidates, {item.inputs, {}}, std::move(item.records),
+                                       kColumnBytes / static_cast<double>(at_once),
+                                       [&](const Responses&, Index, const Matrix& gram) { all.add(gram); });
+      PlanView shown;
+      shown.name = item.name;
+      shown.message = seen.message;
+      if (seen.status == Status::ok) shown = view(item.name, seen, all.value());
+      driven[i] = judged(std::move(shown), plan, options.compared);
     }
   });
   std::move(driven.begin(), driven.end(), std::back_inserter(menu));
-  judge(plan, std::move(menu));
+  choose(plan, std::move(menu));
   return plan;
 }
 

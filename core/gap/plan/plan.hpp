@@ -3,6 +3,7 @@
 /// apart. From plant, drives and noise alone.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <map>
 #include <string>
@@ -30,7 +31,7 @@ struct PlanView {
   std::string message;  ///< why it cannot be run; empty if it can
   std::vector<PlannedEffect> effects;
   /// Between what is left of every two effects: that of their most similar forms, among forms that show at least half
-  /// as much as the best. In [-1, 1], symmetric.
+  /// as much as the best. In [-1, 1], symmetric. Empty in an item of the menu.
   Matrix cosine;
   Vector parameter_std;     ///< a tolerance parameter, posterior in tolerances
   Matrix parameter_cosine;  ///< their correlations
@@ -48,10 +49,11 @@ struct PlanPair {
 /// An item of the menu, run alone instead of the planned test.
 struct PlanItem {
   PlanView view;
-  std::vector<std::size_t> shows;  ///< effects that show here and not as planned
-  std::vector<std::size_t> hides;  ///< the other way round
-  std::vector<std::size_t>
-      separates;  ///< of the pairs with |cosine| > hard_cosine: those at or below it here, both showing
+  std::vector<double> cosines = {};     ///< between the two effects of each pair of the plan, then of those compared
+  std::vector<std::size_t> shows = {};  ///< effects that show here and not as planned
+  std::vector<std::size_t> hides = {};  ///< the other way round
+  std::vector<std::size_t> separates =
+      {};  ///< of the pairs with |cosine| > hard_cosine: those at or below it here, both showing
 };
 
 struct Plan {
@@ -64,8 +66,17 @@ struct Plan {
   std::vector<PlanItem> menu;   ///< most useful first: by effects shown and pairs separated, less effects hidden
 };
 
-/// From views to a judgement: fills the pairs, the menu in its order, and which item tells each pair best.
-void judge(Plan& plan, std::vector<PlanView> menu);
+using EffectPair = std::array<std::size_t, 2>;  ///< indices into the effects
+
+/// Effects that look alike in a test, most alike first; no item of a menu is chosen yet.
+std::vector<PlanPair> pairs_of(const PlanView& view);
+
+/// What an item of the menu does for the pairs of a plan.
+/// @param compared pairs whose cosines are kept too
+PlanItem judged(PlanView view, const Plan& plan, const std::vector<EffectPair>& compared);
+
+/// Puts the menu in its order, and says for each pair which item tells it best.
+void choose(Plan& plan, std::vector<PlanItem> menu);
 
 /// Two parameters that the planned test tells together only.
 struct ParameterPair {
@@ -77,6 +88,7 @@ std::vector<ParameterPair> correlated_parameters(const Plan& plan);
 
 struct PlanOptions {
   double menu_s = 40;  ///< of all drives together: the menu is computed on the first part of longer ones
+  std::vector<EffectPair> compared = {};  ///< pairs of which every item tells its cosine, alike or not
 };
 
 using PlanStep = std::function<void(const std::string&)>;

@@ -12,46 +12,17 @@ constexpr double kWorthTest = 1.5;  // growth of 1 - cosine^2 that is worth anot
 double at(const Matrix& M, std::size_t i, std::size_t j) { return M(static_cast<Index>(i), static_cast<Index>(j)); }
 
 /// What remains of the smaller of two effects where the other is taken for it, in noise levels.
-double left_sigma(const PlanView& view, std::size_t a, std::size_t b) {
-  const double cosine = at(view.cosine, a, b);
+double left_sigma(const PlanView& view, std::size_t a, std::size_t b, double cosine) {
   return std::min(view.effects[a].size_sigma, view.effects[b].size_sigma) * std::sqrt(1 - cosine * cosine);
-}
-
-std::vector<PlanPair> pairs_of(const PlanView& view) {
-  std::vector<PlanPair> pairs;
-  const auto noticeable = [&](std::size_t i) { return view.effects[i].size_sigma >= marginal_sigma; };
-  for (std::size_t i = 0; i < view.effects.size(); ++i)
-    for (std::size_t j = i + 1; j < view.effects.size(); ++j) {
-      const double cosine = at(view.cosine, i, j);
-      if (noticeable(i) && noticeable(j) && std::abs(cosine) > hard_cosine)
-        pairs.push_back({i, j, cosine, left_sigma(view, i, j)});
-    }
-  std::stable_sort(pairs.begin(), pairs.end(),
-                   [](const PlanPair& a, const PlanPair& b) { return std::abs(a.cosine) > std::abs(b.cosine); });
-  return pairs;
 }
 
 bool shows(const PlanView& view, std::size_t effect) { return view.effects[effect].size_sigma >= visible_sigma; }
 
 /// Both show, and more of one remains beside the other: as a share, and enough to be noticed.
-bool tells_better(const PlanView& view, const PlanView& planned, std::size_t a, std::size_t b) {
-  if (!view.message.empty() || !shows(view, a) || !shows(view, b)) return false;
-  const double cosine = at(view.cosine, a, b), before = at(planned.cosine, a, b);
-  return left_sigma(view, a, b) >= marginal_sigma && 1 - cosine * cosine > kWorthTest * (1 - before * before);
-}
-
-PlanItem judged(PlanView view, const PlanView& planned, const std::vector<PlanPair>& pairs) {
-  PlanItem item{std::move(view), {}, {}, {}};
-  if (!item.view.message.empty()) return item;
-  for (std::size_t i = 0; i < planned.effects.size(); ++i) {
-    if (shows(item.view, i) && !shows(planned, i)) item.shows.push_back(i);
-    if (!shows(item.view, i) && shows(planned, i)) item.hides.push_back(i);
-  }
-  for (std::size_t p = 0; p < pairs.size(); ++p)
-    if (shows(item.view, pairs[p].a) && shows(item.view, pairs[p].b) &&
-        std::abs(at(item.view.cosine, pairs[p].a, pairs[p].b)) <= hard_cosine)
-      item.separates.push_back(p);
-  return item;
+/// @param cosine between them here   @param before as planned
+bool tells_better(const PlanView& view, std::size_t a, std::size_t b, double cosine, double before) {
+  if (!shows(view, a) || !shows(view, b)) return false;
+  return left_sigma(view, a, b, cosine) >= marginal_sigma && 1 - cosine * cosine > kWorthTest * (1 - before * before);
 }
 
 void rank(std::vector<PlanItem>& menu) {
@@ -65,28 +36,63 @@ void rank(std::vector<PlanItem>& menu) {
 }
 
 /// The item of the menu in which two effects differ most, -1 if none tells them better.
-int best_item(const Plan& plan, std::size_t a, std::size_t b) {
+/// @param number of the pair in the list of cosines
+int best_item(const Plan& plan, std::size_t a, std::size_t b, std::size_t number) {
   int best = -1;
   double least = 2;
   for (std::size_t i = 0; i < plan.menu.size(); ++i) {
-    const PlanView& view = plan.menu[i].view;
-    if (!tells_better(view, plan.planned, a, b) || std::abs(at(view.cosine, a, b)) >= least) continue;
+    const PlanItem& item = plan.menu[i];
+    if (!item.view.message.empty()) continue;
+    const double cosine = item.cosines[number];
+    if (!tells_better(item.view, a, b, cosine, at(plan.planned.cosine, a, b)) || std::abs(cosine) >= least) continue;
     best = static_cast<int>(i);
-    least = std::abs(at(view.cosine, a, b));
+    least = std::abs(cosine);
   }
   return best;
 }
 
 }  // namespace
 
-void judge(Plan& plan, std::vector<PlanView> menu) {
-  plan.pairs = pairs_of(plan.planned);
-  for (PlanView& view : menu) plan.menu.push_back(judged(std::move(view), plan.planned, plan.pairs));
+std::vector<PlanPair> pairs_of(const PlanView& view) {
+  std::vector<PlanPair> pairs;
+  const auto noticeable = [&](std::size_t i) { return view.effects[i].size_sigma >= marginal_sigma; };
+  for (std::size_t i = 0; i < view.effects.size(); ++i)
+    for (std::size_t j = i + 1; j < view.effects.size(); ++j) {
+      const double cosine = at(view.cosine, i, j);
+      if (noticeable(i) && noticeable(j) && std::abs(cosine) > hard_cosine)
+        pairs.push_back({i, j, cosine, left_sigma(view, i, j, cosine)});
+    }
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const PlanPair& a, const PlanPair& b) { return std::abs(a.cosine) > std::abs(b.cosine); });
+  return pairs;
+}
+
+PlanItem judged(PlanView view, const Plan& plan, const std::vector<EffectPair>& compared) {
+  PlanItem item{std::move(view)};
+  if (!item.view.message.empty()) return item;
+  for (std::size_t i = 0; i < plan.planned.effects.size(); ++i) {
+    if (shows(item.view, i) && !shows(plan.planned, i)) item.shows.push_back(i);
+    if (!shows(item.view, i) && shows(plan.planned, i)) item.hides.push_back(i);
+  }
+  for (std::size_t p = 0; p < plan.pairs.size(); ++p) {
+    const PlanPair& pair = plan.pairs[p];
+    item.cosines.push_back(at(item.view.cosine, pair.a, pair.b));
+    if (shows(item.view, pair.a) && shows(item.view, pair.b) && std::abs(item.cosines.back()) <= hard_cosine)
+      item.separates.push_back(p);
+  }
+  for (const auto& [a, b] : compared) item.cosines.push_back(at(item.view.cosine, a, b));
+  item.view.cosine.resize(0, 0);
+  return item;
+}
+
+void choose(Plan& plan, std::vector<PlanItem> menu) {
+  plan.menu = std::move(menu);
   rank(plan.menu);
-  for (PlanPair& pair : plan.pairs) {
-    pair.item = best_item(plan, pair.a, pair.b);
-    const PlanView& best = pair.item < 0 ? plan.planned : plan.menu[static_cast<std::size_t>(pair.item)].view;
-    pair.item_cosine = at(best.cosine, pair.a, pair.b);
+  for (std::size_t p = 0; p < plan.pairs.size(); ++p) {
+    PlanPair& pair = plan.pairs[p];
+    pair.item = best_item(plan, pair.a, pair.b, p);
+    pair.item_cosine = pair.item < 0 ? at(plan.planned.cosine, pair.a, pair.b)
+                                     : plan.menu[static_cast<std::size_t>(pair.item)].cosines[p];
   }
 }
 
@@ -109,14 +115,15 @@ SeparatingTest separating_test(const Plant& plant, const std::vector<FitRecord>&
   std::vector<EffectCandidate> both = {a, b};
   both[0].effect += " (1)";
   both[1].effect += " (2)";
-  const Plan plan = plan_test(plant, records, 1, both, {.menu_s = 20});
+  const Plan plan = plan_test(plant, records, 1, both, {.menu_s = 20, .compared = {{0, 1}}});
   SeparatingTest best;
   if (plan.status != Status::ok) return best;
   best.planned_cosine = best.cosine = plan.planned.cosine(0, 1);
-  if (const int item = best_item(plan, 0, 1); item >= 0) {
-    const PlanView& view = plan.menu[static_cast<std::size_t>(item)].view;
-    best.cosine = view.cosine(0, 1);
-    best.test = view.name;
+  const std::size_t number = plan.pairs.size();  // of the pair among the cosines
+  if (const int item = best_item(plan, 0, 1, number); item >= 0) {
+    const PlanItem& found = plan.menu[static_cast<std::size_t>(item)];
+    best.cosine = found.cosines[number];
+    best.test = found.view.name;
   }
   return best;
 }

@@ -17,22 +17,27 @@ namespace {
 
 constexpr double kRoundOff = 1e-9;  // share of a column, below which what is left of it is none
 
-/// The columns of one record: parameters, its own initial state, candidates.
+/// The columns of one record for some sensors, scored samples x columns each: parameters, its own initial state,
+/// candidates.
 /// @param ran set to 0 where a candidate fails
 bool columns_of(const Plant& plant, const std::vector<FitParameter>& parameters,
-                const std::vector<EffectCandidate>& candidates, const FitRecord& record, const Vector& state_scale,
-                const Vector& start, Matrix& columns, std::vector<char>& ran) {
-  const auto problem = plant_problem(plant, parameters, {record}, state_scale);
-  const Index tangents = problem->parameters();
-  Vector theta = Vector::Zero(tangents), base(problem->residuals());
-  theta.tail(start.size()) = start.cwiseQuotient(state_scale);
-  columns.setZero(base.size(), tangents + static_cast<Index>(candidates.size()));
-  if (!problem->jacobian(theta, base, columns.leftCols(tangents))) return false;
+                const std::vector<EffectCandidate>& candidates, const Added& added, const FitRecord& record,
+                const Vector& state_scale, const Vector& start, Index first, std::vector<Matrix>& columns,
+                std::vector<char>& ran) {
+  const Index tangents = static_cast<Index>(parameters.size()) + start.size(), sensors = record.y.rows();
+  const Index kept = record.y.cols() - record.skip;
+  for (Matrix& of_sensor : columns) of_sensor.setZero(kept, tangents + static_cast<Index>(candidates.size()));
+  const auto put = [&](Index column, const Matrix& values) {
+    for (std::size_t s = 0; s < columns.size(); ++s)
+      columns[s].col(column) = values.row(first + static_cast<Index>(s)).transpose();
+  };
+  Vector base;
+  if (!record_derivatives(plant, parameters, record, state_scale, start, base, put)) return false;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, candidates.size(), 1), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       Vector there;
-      if (plant_residual(candidates[i].plant, {record}, {start}, there))
-        columns.col(tangents + static_cast<Index>(i)) = there - base;
+      if (plant_residual(extended(candidates[i].plant, added), {record}, {start}, there))
+        put(tangents + static_cast<Index>(i), (there - base).reshaped(sensors, kept));
       else
         ran[i] = 0;
     }
@@ -41,6 +46,12 @@ bool columns_of(const Plant& plant, const std::vector<FitParameter>& parameters,
 }
 
 }  // namespace
+
+Plant extended(Plant plant, const Added& added) {
+  plant.inputs.insert(plant.inputs.end(), added.inputs.begin(), added.inputs.end());
+  plant.sensors.insert(plant.sensors.end(), added.sensors.begin(), added.sensors.end());
+  return plant;
+}
 
 Status nominal_outputs(const Plant& plant, std::vector<FitRecord>& records, Vector& state_rms,
                        std::vector<Vector>& start, std::string& message) {
@@ -61,49 +72,56 @@ Status nominal_outputs(const Plant& plant, std::vector<FitRecord>& records, Vect
   return Status::ok;
 }
 
-Responses responses(const Plant& plant, const std::vector<EffectCandidate>& candidates,
-                    std::vector<FitRecord> records) {
+Responses responses(const Plant& plant, const std::vector<EffectCandidate>& candidates, const Added& added,
+                    std::vector<FitRecord> records, double bytes, const SensorGram& take) {
   Responses out;
+  const Plant whole = extended(plant, added);
   Vector state_scale;
   std::vector<Vector> start;
-  out.status = nominal_outputs(plant, records, state_scale, start, out.message);
+  out.status = nominal_outputs(whole, records, state_scale, start, out.message);
   if (out.status != Status::ok) return out;
-  const std::vector<FitParameter> parameters = tolerance_parameters(plant);
-  const Index states = state_scale.size(), sensors = plant.sensor_count();
+  const std::vector<FitParameter> parameters = tolerance_parameters(whole);
+  const Index states = state_scale.size(), sensors = whole.sensor_count();
   out.parameters = static_cast<Index>(parameters.size());
   const Index tangents = out.parameters + states * static_cast<Index>(records.size());
   const Index effects = static_cast<Index>(candidates.size());
   out.precision = Vector::Constant(tangents, 1 / (kStateSpread * kStateSpread));
   for (Index i = 0; i < out.parameters; ++i)
     out.precision(i) = 1 / std::pow(parameters[static_cast<std::size_t>(i)].prior_std, 2);
-  out.gram.assign(static_cast<std::size_t>(sensors), Matrix::Zero(tangents + effects, tangents + effects));
   out.ran.assign(candidates.size(), 1);
-  for (std::size_t r = 0; r < records.size(); ++r) {
-    Matrix columns;
-    if (!columns_of(plant, parameters, candidates, records[r], state_scale, start[r], columns, out.ran)) {
-      out.status = Status::outside_domain;
-      out.message = "the plant leaves the domain of its laws when a parameter moves";
-      return out;
+  Index longest = 0;
+  for (const FitRecord& record : records) {
+    out.samples += record.y.cols() - record.skip;
+    longest = std::max(longest, record.y.cols() - record.skip);
+  }
+  const auto one =
+      sizeof(double) * static_cast<double>(longest + tangents + effects) * static_cast<double>(tangents + effects);
+  const Index at_once = std::clamp<Index>(static_cast<Index>(bytes / one), 1, sensors);
+  for (Index first = 0; first < sensors; first += at_once) {
+    const auto count = static_cast<std::size_t>(std::min(at_once, sensors - first));
+    std::vector<Matrix> gram(count, Matrix::Zero(tangents + effects, tangents + effects)), columns(count);
+    for (std::size_t r = 0; r < records.size(); ++r) {
+      if (!columns_of(whole, parameters, candidates, added, records[r], state_scale, start[r], first, columns,
+                      out.ran)) {
+        out.status = Status::outside_domain;
+        out.message = "the plant leaves the domain of its laws when a parameter moves";
+        return out;
+      }
+      std::vector<Index> at(static_cast<std::size_t>(out.parameters + states + effects));
+      std::iota(at.begin(), at.begin() + out.parameters, Index{0});
+      std::iota(at.begin() + out.parameters, at.begin() + out.parameters + states,
+                out.parameters + states * static_cast<Index>(r));
+      std::iota(at.begin() + out.parameters + states, at.end(), tangents);
+      tbb::parallel_for(std::size_t{0}, count,
+                        [&](std::size_t s) { gram[s](at, at) += columns[s].transpose() * columns[s]; });
     }
-    std::vector<Index> at(static_cast<std::size_t>(columns.cols()));
-    std::iota(at.begin(), at.begin() + out.parameters, Index{0});
-    std::iota(at.begin() + out.parameters, at.begin() + out.parameters + states,
-              out.parameters + states * static_cast<Index>(r));
-    std::iota(at.begin() + out.parameters + states, at.end(), tangents);
-    const Index kept = columns.rows() / sensors;
-    out.samples += kept;
-    tbb::parallel_for(Index{0}, sensors, [&](Index i) {
-      const Matrix own = columns(Eigen::seqN(i, kept, sensors), Eigen::all);
-      out.gram[static_cast<std::size_t>(i)](at, at) += own.transpose() * own;
-    });
+    for (std::size_t s = 0; s < count; ++s) take(out, first + static_cast<Index>(s), gram[s]);
   }
   return out;
 }
 
-Visibility visibility(const Responses& responses, const std::vector<Index>& sensors, double power, Index divisor) {
+Visibility visibility(const Responses& responses, const Matrix& gram, Index divisor) {
   const Index tangents = responses.precision.size(), effects = static_cast<Index>(responses.ran.size());
-  Matrix gram = Matrix::Zero(tangents + effects, tangents + effects);
-  for (const Index sensor : sensors) gram += power * responses.gram[static_cast<std::size_t>(sensor)];
   Matrix H = gram.topLeftCorner(tangents, tangents);
   H.diagonal() += responses.precision;
   const Eigen::LDLT<Matrix> factor(H);

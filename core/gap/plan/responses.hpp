@@ -3,6 +3,7 @@
 /// noise, with every parameter, initial state and effect, and what is left of an effect once parameters have followed.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -10,16 +11,25 @@
 
 namespace wheelhop {
 
-/// Products of the columns [tolerance parameters, initial states of each record, effects at typical size].
+/// What is put behind a plant's own inputs and sensors.
+struct Added {
+  std::vector<PlantInput> inputs = {};
+  std::vector<Sensor> sensors = {};
+};
+Plant extended(Plant plant, const Added& added);
+
+/// Columns [tolerance parameters, initial states of each record, effects at typical size].
 struct Responses {
   Status status = Status::ok;
   std::string message;
-  std::vector<Matrix> gram;  ///< one a sensor, columns x columns: c_i'c_j over the scored samples, in noise units
-  Vector precision;          ///< of the priors, one a parameter and initial state
-  Index parameters = 0;      ///< how many of the columns are tolerance parameters
-  std::vector<char> ran;     ///< a candidate; 0 where it leaves its domain under the drive
-  Index samples = 0;         ///< scored, a sensor
+  Vector precision;       ///< of the priors, one a parameter and initial state
+  Index parameters = 0;   ///< how many of the columns are tolerance parameters
+  std::vector<char> ran;  ///< a candidate; 0 where it leaves its domain under the drive
+  Index samples = 0;      ///< scored, a sensor
 };
+
+/// Takes the products of the columns of one sensor, columns x columns: c_i'c_j over the scored samples, in noise units.
+using SensorGram = std::function<void(const Responses& known, Index sensor, const Matrix& gram)>;
 
 /// Free run of the plant from equilibrium: y of the records is filled.
 /// @param state_rms 2n, how far each state moves; kept above zero   @param start 2n a record
@@ -28,11 +38,15 @@ Status nominal_outputs(const Plant& plant, std::vector<FitRecord>& records, Vect
                        std::vector<Vector>& start, std::string& message);
 
 /// The plant itself is the truth: the residual of fit problems is zero, their Jacobian and the change that each
-/// candidate makes are what the drives can show.
+/// candidate makes are what the drives can show. `take` is called for every sensor in its order.
+/// @param added to the plant and to the plants of all candidates
 /// @param records drives and `weight_std` (p, noise of the mean of the repeats); y is not read
-/// Status: outside_domain if the plant itself cannot follow the drives. Cost: one simulation of every record for each
-/// parameter, initial state and candidate, shared out over the threads; memory: the columns of one record.
-Responses responses(const Plant& plant, const std::vector<EffectCandidate>& candidates, std::vector<FitRecord> records);
+/// @param bytes that columns and their products may take; never changes a result
+/// Status: outside_domain if the plant itself cannot follow the drives; `take` is not called then. Cost: one simulation
+/// of every record for each parameter, initial state and candidate, shared out over the threads, and all of that again
+/// as often as the columns of all sensors need `bytes`. Memory: at least the columns of one record and sensor.
+Responses responses(const Plant& plant, const std::vector<EffectCandidate>& candidates, const Added& added,
+                    std::vector<FitRecord> records, double bytes, const SensorGram& take);
 
 struct Visibility {
   Vector size;              ///< a candidate: RMS of what is left, in noise units; NaN where it did not run
@@ -43,8 +57,8 @@ struct Visibility {
 
 /// Products of effects in the metric (I + J P^-1 J')^-1, J the parameters and initial states with prior precision P:
 /// <a, b> = a'b - a'J (J'J + P)^-1 J'b. What parameters can do inside their tolerances does not count.
-/// @param sensors that are read, indices into gram   @param power factor on the squares: R for the mean of R times as
+/// @param gram products of the columns, summed over the sensors that are read, and times R for the mean of R times as
 /// many repeats   @param divisor number of sensors that RMS values are taken over, so that a further sensor adds
-Visibility visibility(const Responses& responses, const std::vector<Index>& sensors, double power, Index divisor);
+Visibility visibility(const Responses& responses, const Matrix& gram, Index divisor);
 
 }  // namespace wheelhop

@@ -118,8 +118,9 @@ ComplexMatrix divide_out(const LinearPlant& linear, const Vector& weight, const 
 
 /// What the places are asked about, a record's lines in the band that the drive excites.
 struct Spectra {
-  /// A channel each, lines x (1 + columns of the Jacobian): first what is measured beyond the fit, then what a unit of
-  /// each parameter and initial state adds to it. Scaled so that sums of |.|^2 over lines are chi2 for white noise.
+  /// A channel each, lines x (1 + stored columns of the Jacobian): first what is measured beyond the fit, then what a
+  /// unit of each parameter, and of the record's own initial state, adds to it. Scaled so that sums of |.|^2 over lines
+  /// are chi2 for white noise.
   std::vector<ComplexMatrix> channels;
   double line_hz = 0;
   Index lines() const { return channels.front().rows(); }
@@ -160,8 +161,11 @@ Vector density_below(const Matrix& noise_shares, Index p, double share) {
 Matrix gram(const ComplexMatrix& X) { return (X.adjoint() * X).real(); }
 
 /// min over d of |z - J d|^2 and the priors of the parameters, which the fit has moved by `moved` from their means.
-/// @param H Gram matrix of [z, J]
-double left_at_best(const Matrix& H, const PlantFit& fit) {
+/// @param grams of [z, J], one a record, of its stored columns
+double left_at_best(const std::vector<Matrix>& grams, const PlantFit& fit) {
+  const BlockAngular layout(1 + fit.layout.common(), fit.layout.own(), fit.layout.groups(), {});
+  Matrix H = Matrix::Zero(layout.columns(), layout.columns());
+  for (std::size_t i = 0; i < grams.size(); ++i) layout.add_of_group(grams[i], static_cast<Index>(i), H);
   const Index M = H.rows() - 1, states = fit.state_scale.size();
   if (M == 0) return H(0, 0);
   Vector moved(M);
@@ -182,8 +186,8 @@ double left_at_best(const Matrix& H, const PlantFit& fit) {
 std::vector<double> leftovers(const std::vector<Entry>& entries, const std::vector<std::vector<std::size_t>>& sets,
                               const PlantFit& fit, const std::vector<FitRecord>& records, const Matrix& noise_shares) {
   const Index p = fit.plant.sensor_count(), columns = 1 + fit.jacobian.cols();
-  Matrix all = Matrix::Zero(columns, columns);  // Gram matrices of [z, J]: whole, and what each set takes of it
-  std::vector<Matrix> taken(sets.size(), all);
+  // Gram matrices of [z, J], one a record: for each set, what it leaves.
+  std::vector<std::vector<Matrix>> left_of(sets.size());
   double freedom = 0;  // of one channel
   Index first = 0;
   for (std::size_t i = 0; i < records.size(); ++i) {
@@ -193,6 +197,7 @@ std::vector<double> leftovers(const std::vector<Entry>& entries, const std::vect
     const double nyquist_hz = 0.5 * fit.plant.hold_hz() / static_cast<double>(records[i].ratio);
     const double share = spectra.line_hz * static_cast<double>(spectra.lines()) / nyquist_hz;
     const Vector level = density_below(noise_shares, p, share).cwiseSqrt();
+    Matrix all = Matrix::Zero(columns, columns);
     for (Index j = 0; j < p; ++j) {
       ComplexMatrix& channel = spectra.channels[static_cast<std::size_t>(j)];
       channel /= level(j);
@@ -219,12 +224,14 @@ std::vector<double> leftovers(const std::vector<Entry>& entries, const std::vect
                 std::conj(basis.back()(j)) * spectra.channels[static_cast<std::size_t>(j)].row(line);
         }
       }
-      for (const ComplexMatrix& part : explained) taken[k] += gram(part);
+      Matrix taken = Matrix::Zero(columns, columns);
+      for (const ComplexMatrix& part : explained) taken += gram(part);
+      left_of[k].push_back(all - taken);
     }
   }
   std::vector<double> left;
   for (std::size_t k = 0; k < sets.size(); ++k)
-    left.push_back(left_at_best(all - taken[k], fit) /
+    left.push_back(left_at_best(left_of[k], fit) /
                    (freedom * static_cast<double>(p - static_cast<Index>(sets[k].size()))));
   return left;
 }

@@ -28,7 +28,7 @@ std::vector<Screened> screen(const PlantFit& base, const std::vector<FitRecord>&
                              const std::vector<EffectCandidate>& candidates, const Changes& known, Changes* found) {
   const std::vector<std::string> keys = keys_of(candidates);
   std::vector<Eigen::VectorXf> simulated(found ? candidates.size() : 0);
-  Matrix H = base.jacobian.transpose() * base.jacobian;
+  Matrix H = base.layout.gram(base.jacobian);
   H.diagonal() += base.precision;
   const Eigen::LDLT<Matrix> factor(H);
   std::vector<Screened> list(candidates.size());
@@ -43,7 +43,7 @@ std::vector<Screened> screen(const PlantFit& base, const std::vector<FitRecord>&
         change -= base.residual;
         if (found) simulated[i] = change.cast<float>();
       }
-      const Vector common = base.jacobian.transpose() * change;
+      const Vector common = base.layout.transposed_times(base.jacobian, change);
       const Vector followed = factor.solve(common);
       const double own = change.squaredNorm() - common.dot(followed);
       if (!(own > kIndistinct * change.squaredNorm())) continue;
