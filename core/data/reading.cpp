@@ -23,17 +23,6 @@ std::string lower_case(std::string text) {
   return text;
 }
 
-bool is_mat_name(const fs::path& file) {
-  std::string name = lower_case(file.filename().string());
-  if (name.ends_with(".mat")) return true;
-  if (name.ends_with(".gz")) name.resize(name.size() - 3);
-  for (const char* ending : {".csv", ".txt", ".tsv", ".dat", ".asc"})
-    if (name.ends_with(ending)) return false;
-  throw UserError(fmt::format(
-      "{}: expected a file name ending in .csv, .txt, .tsv, .dat or .asc, in one of these and .gz, or in .mat",
-      file.string()));
-}
-
 void read_place(const JsonCursor& cursor, std::string& name, Index& number) {
   if (cursor.is_number()) {
     number = cursor.integer(1, 100000);
@@ -189,21 +178,6 @@ std::size_t place_of(const TextLayout& layout, const std::string& source, const 
   return places.front();
 }
 
-/// The unit that the file tells for a column: behind its name, else in the row of units. Empty: none.
-std::string told_unit(const TextLayout& layout, std::size_t place, const std::string& asked) {
-  const std::string& name = layout.names[place];
-  const ColumnName split = split_name(name);
-  // What stands in brackets behind the name that was asked for is a unit; in a name that was asked for whole, it may be
-  // anything.
-  if (!split.unit.empty() && (asked != name || find_unit(split.unit))) return split.unit;
-  if (place >= layout.units.size()) return "";
-  std::string_view unit = trim(layout.units[place]);
-  if (unit == "[]" || unit == "()") unit = "";
-  if (unit.size() > 2 && ((unit.front() == '[' && unit.back() == ']') || (unit.front() == '(' && unit.back() == ')')))
-    unit = trim(unit.substr(1, unit.size() - 2));
-  return std::string(unit);
-}
-
 [[noreturn]] void refuse_unit(const std::string& source, const std::string& column, const std::string& found,
                               const std::string& channel) {
   throw UserError(
@@ -259,21 +233,32 @@ Conversion conversion_of(const Channel& channel, const ColumnMap& map, const std
   return out;
 }
 
-void tell_layout(const TextLayout& layout, std::vector<std::string>& told) {
-  const char separator = layout.separator;
-  if (separator != ',')
-    told.push_back(fmt::format("cells separated by {}", separator == '\t'  ? "tabs"
-                                                        : separator == ' ' ? "blanks"
-                                                                           : fmt::format("\"{}\"", separator)));
-  if (layout.numbers.decimal != '.') told.emplace_back("decimal comma");
-  if (layout.numbers.thousands != '\0')
-    told.push_back(fmt::format("\"{}\" between thousands left out", layout.numbers.thousands));
-  if (layout.header_line == 0) told.emplace_back("no row of names: columns by number");
-  if (layout.header_line > 1) told.push_back(fmt::format("names in line {}", layout.header_line));
-  if (layout.unit_line > 0) told.push_back(fmt::format("units in line {}", layout.unit_line));
+}  // namespace
+
+bool is_mat_name(const fs::path& file) {
+  std::string name = lower_case(file.filename().string());
+  if (name.ends_with(".mat")) return true;
+  if (name.ends_with(".gz")) name.resize(name.size() - 3);
+  for (const char* ending : {".csv", ".txt", ".tsv", ".dat", ".asc"})
+    if (name.ends_with(ending)) return false;
+  throw UserError(fmt::format(
+      "{}: expected a file name ending in .csv, .txt, .tsv, .dat or .asc, in one of these and .gz, or in .mat",
+      file.string()));
 }
 
-}  // namespace
+std::string column_unit(const TextLayout& layout, std::size_t place, const std::string& asked) {
+  const std::string& name = layout.names[place];
+  const ColumnName split = split_name(name);
+  // What stands in brackets behind the name that was asked for is a unit; in a name that was asked for whole, it may be
+  // anything.
+  if (!split.unit.empty() && (asked != name || find_unit(split.unit))) return split.unit;
+  if (place >= layout.units.size()) return "";
+  std::string_view unit = trim(layout.units[place]);
+  if (unit == "[]" || unit == "()") unit = "";
+  if (unit.size() > 2 && ((unit.front() == '[' && unit.back() == ']') || (unit.front() == '(' && unit.back() == ')')))
+    unit = trim(unit.substr(1, unit.size() - 2));
+  return std::string(unit);
+}
 
 ReadingRequest read_reading_request(const JsonCursor& set, const JsonCursor& record) {
   ReadingRequest request;
@@ -323,7 +308,7 @@ void FileTable::read_text_file(const ReadingRequest& request, const std::vector<
     wanted.push_back({places.back(), false});
   }
   names_ = known_names(layout);
-  tell_layout(layout, told_);
+  told_ = layout_told(layout);
   use_columns(request, channels, layout, places);
   if (!time_.rate_hz && layout.instants[places.front()]) time_factor_ = 1;
   table_ = read_text_table(text, layout, wanted);
@@ -359,7 +344,7 @@ void FileTable::use_columns(const ReadingRequest& request, const std::vector<Cha
     const std::string unit = !time_.unit.empty() ? time_.unit
                              : instants
                                  ? ""
-                                 : told_unit(layout, place, time_.number > 0 ? layout.names[place] : time_.column);
+                                 : column_unit(layout, place, time_.number > 0 ? layout.names[place] : time_.column);
     if (!unit.empty()) {
       const auto known = find_unit(unit);
       if (!known || known->powers != find_unit("s")->powers)
@@ -378,7 +363,7 @@ void FileTable::use_columns(const ReadingRequest& request, const std::vector<Cha
     const std::string& column = layout.names[place];
     wanted_.push_back(column);
     const Conversion conversion =
-        conversion_of(channel, map, column, told_unit(layout, place, map.number > 0 ? column : map.column), source_);
+        conversion_of(channel, map, column, column_unit(layout, place, map.number > 0 ? column : map.column), source_);
     conversions_.emplace_back(conversion.factor, conversion.offset);
     if (!conversion.told.empty())
       told_.push_back(conversion.told);

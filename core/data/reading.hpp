@@ -15,6 +15,14 @@
 
 namespace wheelhop {
 
+/// Is a file of a record a MATLAB file, and not a text? UserError for an ending that is neither's.
+bool is_mat_name(const std::filesystem::path& file);
+
+/// The unit that a file tells for a column: behind its name, else in the row of units, without brackets. Empty: none.
+/// @param asked how the column was asked for: what stands in brackets in a name that was asked for whole is a unit only
+/// if it is one that is known
+std::string column_unit(const TextLayout& layout, std::size_t place, const std::string& asked);
+
 /// Where a channel stands in the file, and what its numbers are: (scale number + offset) in `unit`, divided by
 /// `sensitivity` where there is one.
 struct ColumnMap {

@@ -429,6 +429,22 @@ Json layout_json(const TextLayout& layout) {
   return out;
 }
 
+std::vector<std::string> layout_told(const TextLayout& layout) {
+  std::vector<std::string> told;
+  const char separator = layout.separator;
+  if (separator == '\t' || separator == ' ')
+    told.emplace_back(separator == ' ' ? "cells separated by blanks" : "cells separated by tabs");
+  else if (separator != ',')
+    told.push_back(fmt::format("cells separated by \"{}\"", separator));
+  if (layout.numbers.decimal != '.') told.emplace_back("decimal comma");
+  if (layout.numbers.thousands != '\0')
+    told.push_back(fmt::format("\"{}\" between thousands left out", layout.numbers.thousands));
+  if (layout.header_line == 0) told.emplace_back("no row of names: columns by number");
+  if (layout.header_line > 1) told.push_back(fmt::format("names in line {}", layout.header_line));
+  if (layout.unit_line > 0) told.push_back(fmt::format("units in line {}", layout.unit_line));
+  return told;
+}
+
 TextLayout find_layout(std::string_view text, const LayoutHints& hints, const std::vector<std::string>& wanted,
                        const std::string& source) {
   if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))

@@ -40,6 +40,9 @@ LayoutHints read_layout_hints(const JsonCursor& cursor);
 /// The same members for what was found, without those that hold for a plain file.
 Json layout_json(const TextLayout& layout);
 
+/// The same for people, a phrase each: "decimal comma", "units in line 2".
+std::vector<std::string> layout_told(const TextLayout& layout);
+
 /// Finds what the hints leave open, from the first 400 lines: the layout in which most columns hold numbers under as
 /// many names. Names stand in one of the rows right above the samples, commented out or not: in the one that holds most
 /// of `wanted`, else in the lowest that is no row of units. UserError with line, and with the members of "format" that
