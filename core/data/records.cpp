@@ -85,15 +85,16 @@ std::optional<double> read_rate(const JsonCursor& cursor, const char* key) {
 
 /// Brings a stretch to another rate. The number of samples that no score counts grows with it.
 void bring_to_rate(FileTable::Stretch& stretch, double hz, Index& skip) {
-  if (std::abs(stretch.sampling_hz / hz - 1) < 1e-12) return;
+  if (stretch.sampling_hz == hz) return;
   stretch.told.push_back(fmt::format("resampled from {:.9g} Hz to {:.9g} Hz, band-limited", stretch.sampling_hz, hz));
   stretch.values = resample(stretch.values, stretch.sampling_hz, hz);
   skip = static_cast<Index>(std::ceil(static_cast<double>(skip) * hz / stretch.sampling_hz));
   stretch.sampling_hz = hz;
 }
 
+/// @param sampling_hz is set to the rate of the record
 Record read_record(const JsonCursor& cursor, const Rates& rates, const std::vector<Channel>& inputs,
-                   const std::vector<Channel>& outputs, Tables& tables) {
+                   const std::vector<Channel>& outputs, Tables& tables, double& sampling_hz) {
   Record record;
   const JsonCursor name = cursor.at("file");
   record.file = name.string();
@@ -128,7 +129,8 @@ Record read_record(const JsonCursor& cursor, const Rates& rates, const std::vect
   const auto m = static_cast<Index>(inputs.size());
   signal.u = stretch.values.topRows(m);
   signal.y = stretch.values.bottomRows(stretch.values.rows() - m);
-  signal.sample_time_s = 1 / stretch.sampling_hz;
+  sampling_hz = stretch.sampling_hz;
+  signal.sample_time_s = 1 / sampling_hz;
   signal.inputs = inputs;
   signal.outputs = outputs;
   return record;
@@ -227,8 +229,7 @@ RecordSet load_records(const fs::path& file, const std::vector<Channel>& inputs,
   if (items.empty()) list.fail("at least one record");
   Tables tables(cursor, inputs, outputs);
   for (const JsonCursor& item : items) try {
-      set.records.push_back(read_record(item, rates, inputs, outputs, tables));
-      set.sampling_hz = 1 / set.records.front().signal.sample_time_s;
+      set.records.push_back(read_record(item, rates, inputs, outputs, tables, set.sampling_hz));
       // Where the files tell the rate, the first one tells it for all; resampled records may have one each.
       if (!rates.sampling_hz && !rates.resample_hz) rates.sampling_hz = set.sampling_hz;
     } catch (const MachineError&) {

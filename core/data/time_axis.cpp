@@ -18,9 +18,9 @@ namespace wheelhop {
 namespace {
 
 constexpr double kTolerance = 1e-4;  // of a period for an instant, relative for the rate
-// Judgements: a sample late by 5 % of a period errs by 3 % of its size at a tenth of the sampling rate; of numbers
-// drawn from a normal distribution one in 5e8 lies beyond six times their RMS.
-constexpr double kUsualScatter = 0.05, kNoiseCrest = 6;
+// Judgements: instants off by 2 % of a period (RMS) err by 1.3 % of the signal at a tenth of the sampling rate; of
+// numbers drawn from a normal distribution one in 5e8 lies beyond six times their RMS.
+constexpr double kUsualScatter = 0.02, kNoiseCrest = 6;
 constexpr std::size_t kPlacesTold = 5;
 
 /// Decimals and significant digits that the instants need, both as large as any of them needs.
@@ -62,13 +62,13 @@ bool are_single(ConstVectorRef t_s) {
 double single_step(double largest) { return largest > 0 ? std::ldexp(1.0, std::ilogb(largest) - 23) : 0; }
 
 /// Step of the coarsest instant when written with these digits: its last decimal, or its last significant digit; or its
-/// last bit if all are float32.
+/// last bit, too, if all are float32.
 double resolution(ConstVectorRef t_s) {
   const Digits digits = digits_of(t_s);
   const double largest = std::max(std::abs(t_s(0)), std::abs(t_s(t_s.size() - 1)));
   const int exponent = largest > 0 ? static_cast<int>(std::floor(std::log10(largest))) : -digits.decimals;
   const double decimal = std::pow(10.0, std::max(-digits.decimals, exponent + 1 - digits.significant));
-  return are_single(t_s) ? std::max(decimal, single_step(largest)) : decimal;
+  return are_single(t_s) ? decimal + single_step(largest) : decimal;
 }
 
 /// First instant at which the offsets t_k - places_k period seen so far spread over more than `allowed`; -1 if none
@@ -169,7 +169,7 @@ class TimeAxis {
   bool is_scatter(const FittedLine& line) const {
     if (!(line.period > 0)) return false;
     if (request_.scatter) return line.largest <= *request_.scatter;
-    return line.largest <= kUsualScatter && line.largest <= kNoiseCrest * line.rms;
+    return line.rms <= kUsualScatter && line.largest <= kNoiseCrest * line.rms;
   }
 
   void require_increase() const {
@@ -220,12 +220,16 @@ class TimeAxis {
                                 request_.place(1), request_.name, *request_.sampling_hz, 1 / period, hint));
   }
 
-  /// Numbers of the instants on a grid with gaps. Follows the grid by a running mean of the offsets, so that neither
-  /// rounding nor a period that is slightly off adds up.
+  /// Numbers of the instants on a grid with gaps. Follows the grid by a running mean of the offsets, which begins with
+  /// the median of the first ones, so that neither rounding nor a period that is slightly off adds up.
   Vector places_with_gaps(double period) const {
     constexpr double forget = 0.1;
+    std::vector<double> offsets;
+    for (Index k = 0; k < std::min<Index>(t_.size(), 31); ++k)
+      offsets.push_back(t_(k) - period * static_cast<double>(k));
+    std::sort(offsets.begin(), offsets.end());
+    double start = offsets[offsets.size() / 2];
     Vector places = Vector::Zero(t_.size());
-    double start = t_(0);
     for (Index k = 1; k < t_.size(); ++k) {
       const double passed = std::round((t_(k) - start) / period - places(k - 1));
       places(k) = places(k - 1) + std::max(1.0, passed);
@@ -236,16 +240,18 @@ class TimeAxis {
 
   std::optional<TimeGrid> with_lost_samples(double claimed) {
     const double typical = median_step(t_);
+    // Steps over one period, of which rounding makes some longer.
+    const double longest = std::max(1.5 * typical, typical + 1.5 * step());
     double sum = 0;
     Index count = 0;
     for (Index k = 1; k < t_.size(); ++k)
-      if (t_(k) - t_(k - 1) < 1.5 * typical) {
+      if (t_(k) - t_(k - 1) < longest) {
         sum += t_(k) - t_(k - 1);
         ++count;
       }
     const double mean = sum / static_cast<double>(count);
     const double period = claimed > 0 && std::abs(mean / claimed - 1) < 0.05 ? claimed : mean;
-    if (step() >= period) return {};  // a lost sample and rounding look the same
+    if (explained(period, step()) >= period) return {};  // a lost sample and rounding look the same
     const Vector places = places_with_gaps(period);
     const Index n = t_.size();
     if (places(n - 1) == static_cast<double>(n - 1)) return {};

@@ -39,12 +39,12 @@ struct TimeGrid {
 ///
 /// Instants count as a grid if their distances from it spread over less than 1e-4 of a period, or over less than what
 /// rounding can explain: to as many decimals or significant digits as the column shows, or to float32 where every value
-/// is one. Else if they scatter like noise (none is farther off than six times their RMS) by at most 5 % of a period,
-/// or by at most `scatter`: then the samples are taken to lie on the grid. A rate that is to be found is the one with
-/// the fewest digits, in Hz or as a period in s, that fits as well. A rate that is asked for may differ by 1e-4 of it.
-/// Samples are lost where more than one period passes between instants and the rest is a grid.
-/// UserError naming the place: not increasing, not uniform, lost samples (with all places) where they may not be; or
-/// both rates where they differ.
+/// is one. Else if they scatter like noise (none is farther off than six times their RMS) with an RMS of at most 2 % of
+/// a period, or by at most `scatter`: then the samples are taken to lie on the grid. A rate that is to be found is the
+/// one with the fewest digits, in Hz or as a period in s, that fits as well. A rate that is asked for may differ by
+/// 1e-4 of it. Samples are lost where more than one period passes between instants and the rest is a grid. UserError
+/// naming the place: not increasing, not uniform, lost samples (with all places) where they may not be; or both rates
+/// where they differ.
 TimeGrid fit_time_grid(ConstVectorRef t, const TimeRequest& request);
 
 }  // namespace wheelhop

@@ -13,12 +13,12 @@
 namespace wheelhop {
 namespace {
 
-constexpr std::size_t kListed = 5;  // places that a line names
+constexpr std::size_t kPlacesShown = 5;  // places that a line names
 
 std::string listed(const std::vector<std::string>& items) {
   std::string text;
-  for (std::size_t i = 0; i < std::min(items.size(), kListed); ++i) text += (i ? ", " : "") + items[i];
-  return items.size() > kListed ? fmt::format("{} and {} more", text, items.size() - kListed) : text;
+  for (std::size_t i = 0; i < std::min(items.size(), kPlacesShown); ++i) text += (i ? ", " : "") + items[i];
+  return items.size() > kPlacesShown ? fmt::format("{} and {} more", text, items.size() - kPlacesShown) : text;
 }
 
 void print_time(const FileFacts& facts) {
