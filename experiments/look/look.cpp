@@ -39,7 +39,7 @@ void print_time(const FileFacts& facts) {
              static_cast<double>(facts.samples + lost) / facts.grid->sampling_hz);
   if (facts.grid->scatter > 0)
     fmt::print("  instants lie up to {:.2g} of a period off the grid\n", facts.grid->scatter);
-  if (lost > 0) fmt::print("  {} samples are lost: {}\n", lost, listed(facts.lost));
+  if (lost > 0) fmt::print("  lost samples: {} ({})\n", lost, listed(facts.lost));
 }
 
 void print_columns(const FileFacts& facts) {
