@@ -76,6 +76,7 @@ int run_program(int count, char** words) {
       "where.");
   Run run;
   add_list(app, run);
+  add_look(app, run);
   add_generate(app, run);
   add_identify(app, run);
   add_simulate(app, run);

@@ -31,6 +31,7 @@ wheelhop_tests(program wheelhop_plant
   end_to_end/command.cpp
   end_to_end/diagnose.cpp
   end_to_end/identify.cpp
+  end_to_end/look.cpp
   end_to_end/plan.cpp
   end_to_end/reproduce.cpp
   end_to_end/silverbox.cpp

@@ -16,6 +16,9 @@ namespace wheelhop {
 /// content. Cost: about 30 ns a cell.
 Table read_csv(const std::filesystem::path& file);
 
+/// Whole content of a text file, unpacked where its name ends in `.gz`.
+std::string read_text(const std::filesystem::path& file);
+
 /// `read_csv` of text in memory; `source` stands for the file in messages.
 Table parse_csv(const std::string& text, const std::string& source);
 

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <set>
 #include <string_view>
@@ -217,11 +218,7 @@ Vector mat_values(std::string_view bytes, const MatBytes& read, const fs::path& 
     fail(file, header.name,
          fmt::format("damaged: it declares {} values and holds {} bytes of {} each", length, values.content.size(),
                      width));
-  const Vector result = read.numbers(values, length);
-  for (Index k = 0; k < result.size(); ++k)
-    if (!std::isfinite(result(k)))
-      fail(file, header.name, fmt::format("expected finite numbers, found {} at sample {}", result(k), k));
-  return result;
+  return read.numbers(values, length);
 }
 
 /// A variable where it stands in a file.
@@ -332,7 +329,7 @@ int write_variables(const fs::path& file, const Table& table) {
 
 }  // namespace
 
-Table read_mat(const fs::path& file, const std::vector<std::string>& wanted) {
+Table read_mat(const fs::path& file, const std::vector<std::string>& wanted, bool finite) {
   const std::string content = read_file(file);
   const MatBytes read = check_mat_header(content, file);
   const std::vector<MatVariable> variables = mat_variables(content, read, file);
@@ -346,12 +343,41 @@ Table read_mat(const fs::path& file, const std::vector<std::string>& wanted) {
     const auto place = std::find(present.begin(), present.end(), name);
     if (place == present.end()) fail(file, name, fmt::format("not there; known names: {}", join_names(present)));
     const Vector values = read_mat_variable(variables[static_cast<std::size_t>(place - present.begin())], read, file);
+    for (Index k = 0; finite && k < values.size(); ++k)
+      if (!std::isfinite(values(k)))
+        fail(file, name, fmt::format("expected finite numbers, found {} at sample {}", values(k), k));
     if (i == 0) table.columns.resize(static_cast<Index>(table.names.size()), values.size());
     if (values.size() != table.columns.cols())
       fail(file, name,
            fmt::format("expected {} values as in \"{}\", found {}", table.columns.cols(), table.names[0],
                        values.size()));
     table.columns.row(static_cast<Index>(i)) = values.transpose();
+  }
+  return table;
+}
+
+Table read_mat_vectors(const fs::path& file) {
+  const std::string content = read_file(file);
+  const MatBytes read = check_mat_header(content, file);
+  std::vector<std::pair<std::string, Vector>> vectors;
+  std::map<Index, Index> values;  // by length
+  for (const MatVariable& variable : mat_variables(content, read, file)) try {
+      vectors.emplace_back(variable.name, read_mat_variable(variable, read, file));
+      values[vectors.back().second.size()] += vectors.back().second.size();
+    } catch (const MachineError&) {
+      throw;
+    } catch (const UserError&) {
+      continue;  // texts, matrices, structures
+    }
+  if (vectors.empty()) throw UserError(fmt::format("{}: expected vectors of numbers, found none", file.string()));
+  const Index length = std::max_element(values.begin(), values.end(), [](const auto& a, const auto& b) {
+                         return a.second < b.second;
+                       })->first;
+  std::erase_if(vectors, [&](const auto& vector) { return vector.second.size() != length; });
+  Table table{{}, Matrix(static_cast<Index>(vectors.size()), length)};
+  for (const auto& [name, own] : vectors) {
+    table.columns.row(static_cast<Index>(table.names.size())) = own.transpose();
+    table.names.push_back(name);
   }
   return table;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string_view>
@@ -11,8 +12,9 @@
 #include "core/base/files.hpp"
 #include "core/base/json.hpp"
 #include "core/base/status.hpp"
+#include "core/data/reading.hpp"
+#include "core/data/resample.hpp"
 #include "core/data/table.hpp"
-#include "core/data/time_axis.hpp"
 
 namespace wheelhop {
 namespace fs = std::filesystem;
@@ -20,61 +22,39 @@ namespace {
 
 const std::vector<std::string> kRoles = {"estimation", "validation"};
 
-/// The tables of the set by file name, each read once.
+/// The tables of the set, each read once for every way to read it.
 class Tables {
  public:
-  Tables(fs::path folder, const std::vector<Channel>& inputs, const std::vector<Channel>& outputs)
-      : folder_(std::move(folder)), wanted_{"t"} {
-    for (const auto* channels : {&inputs, &outputs})
-      for (const Channel& channel : *channels)
-        if (std::find(wanted_.begin(), wanted_.end(), channel.name) == wanted_.end()) wanted_.push_back(channel.name);
+  Tables(const JsonCursor& set, const std::vector<Channel>& inputs, const std::vector<Channel>& outputs)
+      : set_(set), channels_(inputs) {
+    channels_.insert(channels_.end(), outputs.begin(), outputs.end());
   }
 
-  const Table& get(const std::string& file) {
-    const auto known = tables_.find(file);
+  const FileTable& get(const std::string& file, const JsonCursor& record) {
+    const ReadingRequest request = read_reading_request(set_, record);
+    std::string key = file;
+    for (const char* member : {"columns", "format", "time", "lost_samples"})
+      if (const auto own = record.find(member)) key += '\0' + std::string(member) + own->raw().dump();
+    const auto known = tables_.find(key);
     return known != tables_.end() ? known->second
-                                  : tables_.emplace(file, read_table(path(file), wanted_)).first->second;
+                                  : tables_.try_emplace(key, set_.directory() / file, request, channels_).first->second;
   }
 
-  fs::path path(const std::string& file) const { return folder_ / file; }
-
-  /// Every column of every file except the time.
+  /// The channels, and every column of every file but the time.
   std::vector<std::string> channel_names() const {
     std::vector<std::string> result;
+    for (const Channel& channel : channels_) result.push_back(channel.name);
     for (const auto& [file, table] : tables_)
-      for (const std::string& name : table.names)
+      for (const std::string& name : table.names())
         if (name != "t" && std::find(result.begin(), result.end(), name) == result.end()) result.push_back(name);
     return result;
   }
 
  private:
-  fs::path folder_;
-  std::vector<std::string> wanted_;
-  std::map<std::string, Table> tables_;
+  const JsonCursor& set_;
+  std::vector<Channel> channels_;
+  std::map<std::string, FileTable> tables_;
 };
-
-/// @param asked channels whose columns are not meant by another name
-Index column(const Table& table, const std::string& name, const fs::path& file,
-             const std::vector<Channel>& asked = {}) {
-  const Index row = table.find(name);
-  if (row >= 0) return row;
-  std::vector<std::string> free;
-  for (const std::string& other : table.names)
-    if (std::none_of(asked.begin(), asked.end(), [&](const Channel& channel) { return channel.name == other; }))
-      free.push_back(other);
-  const std::string nearest = nearest_name(name, free);
-  throw UserError(fmt::format("{}: expected a column \"{}\", found only: {}{}", file.string(), name,
-                              join_names(table.names),
-                              nearest.empty() ? "" : fmt::format("; did you mean \"{}\" by \"{}\"?", name, nearest)));
-}
-
-Matrix rows(const Table& table, const std::vector<Channel>& channels, const fs::path& file, Index first, Index count) {
-  Matrix result(static_cast<Index>(channels.size()), count);
-  for (std::size_t i = 0; i < channels.size(); ++i)
-    result.row(static_cast<Index>(i)) =
-        table.columns.row(column(table, channels[i].name, file, channels)).segment(first, count);
-  return result;
-}
 
 /// First sample and number of samples that a record takes from a file of `total`.
 std::pair<Index, Index> read_range(const JsonCursor& record, Index total) {
@@ -90,8 +70,31 @@ std::pair<Index, Index> read_range(const JsonCursor& record, Index total) {
   return {first, last - first};
 }
 
-Record read_record(const JsonCursor& cursor, double sampling_hz, const std::vector<Channel>& inputs,
-                   const std::vector<Channel>& outputs, Tables& tables) {
+/// The rates that records.json asks for; none where the files tell.
+struct Rates {
+  std::optional<double> sampling_hz, resample_hz;
+};
+
+std::optional<double> read_rate(const JsonCursor& cursor, const char* key) {
+  const auto rate = cursor.find(key);
+  if (!rate) return {};
+  const double hz = rate->number();
+  if (!(hz > 0 && std::isfinite(1 / hz))) rate->fail("a rate > 0 in Hz");
+  return hz;
+}
+
+/// Brings a stretch to another rate. The number of samples that no score counts grows with it.
+void bring_to_rate(FileTable::Stretch& stretch, double hz, Index& skip) {
+  if (stretch.sampling_hz == hz) return;
+  stretch.told.push_back(fmt::format("resampled from {:.9g} Hz to {:.9g} Hz, band-limited", stretch.sampling_hz, hz));
+  stretch.values = resample(stretch.values, stretch.sampling_hz, hz);
+  skip = static_cast<Index>(std::ceil(static_cast<double>(skip) * hz / stretch.sampling_hz));
+  stretch.sampling_hz = hz;
+}
+
+/// @param sampling_hz is set to the rate of the record
+Record read_record(const JsonCursor& cursor, const Rates& rates, const std::vector<Channel>& inputs,
+                   const std::vector<Channel>& outputs, Tables& tables, double& sampling_hz) {
   Record record;
   const JsonCursor name = cursor.at("file");
   record.file = name.string();
@@ -100,23 +103,33 @@ Record read_record(const JsonCursor& cursor, double sampling_hz, const std::vect
   record.repeat_of = cursor.string("repeat_of", "");
   const auto skip = cursor.find("skip_initial");
   cursor.find("range");
+  for (const char* member : {"columns", "format", "time", "lost_samples"}) cursor.find(member);
   cursor.done();
-  const Table& table = tables.get(record.file);
-  const fs::path file = tables.path(record.file);
-  const auto [first, count] = read_range(cursor, table.columns.cols());
+  const FileTable& table = tables.get(record.file, cursor);
+  const auto [first, count] = read_range(cursor, table.samples());
   if (count < 2)
     throw UserError(
-        fmt::format("{}: expected at least two samples of {}, found {}", cursor.where(), file.string(), count));
-  record.first = first;
+        fmt::format("{}: expected at least two samples of {}, found {}", cursor.where(), record.file, count));
   Signal& signal = record.signal;
   if (skip) {
     signal.skip = skip->integer(0);
     if (signal.skip >= count) skip->fail(fmt::format("fewer than the {} samples of the record", count));
   }
-  const Vector t = table.columns.row(column(table, "t", file)).segment(first, count).transpose();
-  check_time_axis(t, sampling_hz, file, first);
-  signal.u = rows(table, inputs, file, first, count);
-  signal.y = rows(table, outputs, file, first, count);
+  FileTable::Stretch stretch = table.take(first, count, rates.sampling_hz);
+  if (stretch.rows < count && signal.skip >= stretch.rows)
+    skip->fail(fmt::format("fewer than the {} samples that \"lost_samples\" leaves", stretch.rows));
+  if (rates.resample_hz) bring_to_rate(stretch, *rates.resample_hz, signal.skip);
+  if (stretch.values.cols() < 2 || signal.skip >= stretch.values.cols())
+    throw UserError(fmt::format("{}: expected a record with samples left at {:g} Hz, found {}", cursor.where(),
+                                stretch.sampling_hz, stretch.values.cols()));
+  record.first = stretch.first;
+  record.rows = stretch.rows;
+  record.line = table.line(stretch.first);
+  record.reading = std::move(stretch.told);
+  const auto m = static_cast<Index>(inputs.size());
+  signal.u = stretch.values.topRows(m);
+  signal.y = stretch.values.bottomRows(stretch.values.rows() - m);
+  sampling_hz = stretch.sampling_hz;
   signal.sample_time_s = 1 / sampling_hz;
   signal.inputs = inputs;
   signal.outputs = outputs;
@@ -182,6 +195,12 @@ Table to_table(const Signal& signal, double sampling_hz) {
 
 }  // namespace
 
+std::string Record::place(Index sample) const {
+  if (rows > 0 && rows != signal.samples())
+    return fmt::format("{:.6g} s", static_cast<double>(sample) * signal.sample_time_s);
+  return line > 0 ? fmt::format("line {}", line + sample) : fmt::format("sample {}", first + sample);
+}
+
 std::vector<const Record*> RecordSet::with_role(const std::string& role) const {
   std::vector<const Record*> result;
   for (const Record& record : records)
@@ -197,11 +216,10 @@ RecordSet load_records(const fs::path& file, const std::vector<Channel>& inputs,
                        const std::vector<Channel>& planned) {
   const JsonCursor cursor = JsonCursor::load(file);
   RecordSet set;
-  const JsonCursor rate = cursor.at("sampling_hz");
-  set.sampling_hz = rate.number();
-  if (!(set.sampling_hz > 0 && std::isfinite(1 / set.sampling_hz))) rate.fail("a rate > 0 in Hz");
+  Rates rates{read_rate(cursor, "sampling_hz"), read_rate(cursor, "resample_hz")};
   const JsonCursor list = cursor.at("records");
   const auto noise = cursor.find("noise_std");
+  for (const char* member : {"columns", "format", "time", "lost_samples"}) cursor.find(member);
   if (const auto identity = cursor.find("set")) {
     set.identity = identity->string();
     check_identity(*identity);
@@ -209,13 +227,15 @@ RecordSet load_records(const fs::path& file, const std::vector<Channel>& inputs,
   cursor.done();
   const std::vector<JsonCursor> items = list.items();
   if (items.empty()) list.fail("at least one record");
-  Tables tables(cursor.directory(), inputs, outputs);
+  Tables tables(cursor, inputs, outputs);
   for (const JsonCursor& item : items) try {
-      set.records.push_back(read_record(item, set.sampling_hz, inputs, outputs, tables));
+      set.records.push_back(read_record(item, rates, inputs, outputs, tables, set.sampling_hz));
+      // Where the files tell the rate, the first one tells it for all; resampled records may have one each.
+      if (!rates.sampling_hz && !rates.resample_hz) rates.sampling_hz = set.sampling_hz;
     } catch (const MachineError&) {
       throw;
     } catch (const UserError& error) {
-      if (std::string_view(error.what()).starts_with(item.where())) throw;
+      if (std::string_view(error.what()).starts_with(cursor.where())) throw;
       throw UserError(fmt::format("{}.file: {}", item.where(), error.what()));
     }
   if (noise) {

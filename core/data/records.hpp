@@ -17,6 +17,14 @@ struct Record {
   std::string repeat_of;  ///< records with the same name repeat one drive; empty if none does
   Index first = 0;        ///< sample of the file at which the signal begins
   Signal signal;
+  Index rows = 0;                         ///< samples of the file that the signal was made of; 0: as many as it has
+  Index line = 0;                         ///< of the file in which its first sample stands, from 1; 0: none
+  std::vector<std::string> reading = {};  ///< what was done to the file to read it, a sentence each
+
+  /// Samples [first, file_end()) of the file are in the signal.
+  Index file_end() const { return first + (rows > 0 ? rows : signal.samples()); }
+  /// "line 7" or "sample 5" of the file, or "0.35 s" where samples were added or moved.
+  std::string place(Index sample) const;
 };
 
 /// A bad sample that was bridged.
@@ -46,17 +54,17 @@ struct RecordSet {
   std::vector<const Record*> with_role(const std::string& role) const;
 };
 
-/// Reads `records.json` and, once each, the files it names.
-/// @param inputs, outputs the channels wanted; columns are found by name, in any order, and others are ignored.
-/// UserError with file and place for: every mistake in the JSON, no record, a file that does not read (csv.hpp,
-/// mat.hpp), a missing column (lists those there), a column `t` that is missing, not increasing, not uniform, or at
-/// another rate than `sampling_hz`, a range that is empty or reaches beyond the file, fewer than two samples, a
-/// `skip_initial` that leaves nothing, a `noise_std` of an unknown channel, a `set` that is not the one of the
-/// `provenance.json` beside it.
-///
-/// Time counts as uniform if its instants keep within 1e-4 of a period of an even grid, or within what rounding to as
-/// many decimals or significant digits as the column shows can explain. The rate of that grid may differ from
-/// `sampling_hz` by 1e-4 of it; the signal carries 1 / sampling_hz. Only the samples inside `range` are checked.
+/// Reads `records.json` and the files it names, as reading.hpp tells: `{"sampling_hz"?, "resample_hz"?, "records":
+/// [{"file", "role", "repeat_of"?, "range"?, "skip_initial"?}], "noise_std"?, "set"?}`, and `columns`, `time`, `format`
+/// and `lost_samples` in the set or in a record.
+/// - `sampling_hz` may be left out where the column of time tells it.
+/// - `resample_hz`: every record is brought to this rate (resample.hpp), whatever its own is.
+/// - `range` and `skip_initial` count samples of the file.
+/// @param inputs, outputs the channels wanted; other columns, and what lies outside `range`, are not judged.
+/// UserError with file and place for: every mistake in the JSON, no record, a file that does not read (reading.hpp), a
+/// column of time that is no grid or at another rate than `sampling_hz` (time_axis.hpp), a range that is empty or
+/// reaches beyond the file, fewer than two samples, a `skip_initial` that leaves nothing, a `noise_std` of an unknown
+/// channel, a `set` that is not the one of the `provenance.json` beside it.
 RecordSet load_records(const std::filesystem::path& file, const std::vector<Channel>& inputs,
                        const std::vector<Channel>& outputs);
 /// The same where `noise_std` may name channels that the files do not hold: a test that is yet to be run.

@@ -11,6 +11,9 @@ namespace {
 constexpr Index kHalfWidth = 32;      // samples either side
 constexpr double kKaiserBeta = 14.5;  // side lobes 140 dB down
 constexpr Index kStoredPhases = 4096;
+// Half the width of the window's transition, in half sampling rates: (140 - 8) / (2.285 * 64 pi) (Kaiser's formula), so
+// that the stopband begins at half the lower rate.
+constexpr double kStopShare = 1 - 0.14;
 
 /// Modified Bessel function of the first kind, order 0, by its power series (all terms positive, so no cancellation).
 double bessel_i0(double x) {
@@ -121,6 +124,44 @@ Matrix interpolate_real(ConstMatrixRef samples, double ratio, Index count, Inter
   return result;
 }
 
+/// Weights of the samples from `first` on for a point at `place`, with nothing above `cutoff` half sampling rates.
+Vector low_pass_weights(double place, double cutoff, Index first, Index count) {
+  const double half = static_cast<double>(kHalfWidth) / cutoff;
+  Vector weights(count);
+  for (Index j = 0; j < count; ++j) {
+    const double x = place - static_cast<double>(first + j);
+    const double window = bessel_i0(kKaiserBeta * std::sqrt(std::max(0.0, 1 - (x / half) * (x / half))));
+    const double angle = std::numbers::pi * cutoff * kStopShare * x;
+    weights(j) = window * (std::abs(angle) < 1e-9 ? 1 : std::sin(angle) / angle);
+  }
+  return weights / weights.sum();
+}
+
+/// @param ratio to_hz / from_hz < 1
+Matrix reduce(ConstMatrixRef samples, double ratio, Index count) {
+  const auto reach = static_cast<Index>(std::ceil(static_cast<double>(kHalfWidth) / ratio));
+  const Index n = samples.cols();
+  Matrix padded(samples.rows(), n + 2 * reach);
+  padded.middleCols(reach, n) = samples;
+  for (Index j = 0; j < reach; ++j) {
+    padded.col(j) = continued(samples, j - reach);
+    padded.col(reach + n + j) = continued(samples, n + j);
+  }
+  const Fraction fraction = fraction_of(ratio, kStoredPhases);
+  std::vector<Vector> stored(static_cast<std::size_t>(fraction.up));
+  Matrix result(samples.rows(), count);
+  for (Index k = 0; k < count; ++k) {
+    const double place = static_cast<double>(k) / ratio;
+    const Index base = fraction.up > 0 ? k * fraction.down / fraction.up : static_cast<Index>(place);
+    Vector own;
+    Vector& weights = fraction.up > 0 ? stored[static_cast<std::size_t>(k * fraction.down % fraction.up)] : own;
+    if (weights.size() == 0)
+      weights = low_pass_weights(place - static_cast<double>(base), ratio, -reach, 2 * reach + 1);
+    result.col(k) = padded.middleCols(base, 2 * reach + 1) * weights;
+  }
+  return result;
+}
+
 }  // namespace
 
 Matrix decimate(ConstMatrixRef samples, Index factor) {
@@ -160,6 +201,16 @@ Matrix interpolate(ConstMatrixRef samples, double from_hz, double to_hz, Interpo
   }
   const auto count = static_cast<Index>(std::ceil(static_cast<double>(samples.cols()) * ratio));
   return interpolate_real(samples, ratio, count, kind);
+}
+
+Matrix resample(ConstMatrixRef samples, double from_hz, double to_hz) {
+  if (!(from_hz > 0 && to_hz > 0 && std::isfinite(from_hz) && std::isfinite(to_hz)))
+    throw std::invalid_argument("resample: rates must be positive and finite");
+  if (samples.cols() == 0 || from_hz == to_hz) return samples;
+  const double ratio = to_hz / from_hz;
+  const auto count = 1 + static_cast<Index>(std::floor(static_cast<double>(samples.cols() - 1) * ratio * (1 + 1e-12)));
+  if (ratio < 1) return reduce(samples, ratio, count);
+  return interpolate(samples, from_hz, to_hz, Interpolation::band_limited).leftCols(count);
 }
 
 }  // namespace wheelhop

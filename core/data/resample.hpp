@@ -44,4 +44,11 @@ Matrix interpolate(ConstMatrixRef samples, Index factor, Interpolation kind);
 /// rate is not positive and finite.
 Matrix interpolate(ConstMatrixRef samples, double from_hz, double to_hz, Interpolation kind);
 
+/// A record at another rate: the samples at k / to_hz from the first one to the last. Upward by band_limited
+/// interpolation; downward through a filter without delay, the same sinc and window stretched so that the lower rate
+/// has 32 samples either side: what lies below 0.36 to_hz passes (1e-6), what lies above 0.5 to_hz does not (1e-6), so
+/// that nothing folds. Inputs and outputs go through the same filter, which keeps a linear system between them as it
+/// is. Ends as above. Throws std::invalid_argument if a rate is not positive and finite.
+Matrix resample(ConstMatrixRef samples, double from_hz, double to_hz);
+
 }  // namespace wheelhop

@@ -58,8 +58,4 @@ void write_table(const std::filesystem::path& file, const Table& table) {
     write_mat(file, table);
 }
 
-std::string place_of_sample(const std::filesystem::path& file, Index sample) {
-  return format_of(file) == Format::csv ? fmt::format("line {}", sample + 2) : fmt::format("sample {}", sample);
-}
-
 }  // namespace wheelhop

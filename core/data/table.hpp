@@ -30,7 +30,4 @@ void require_table_name(const std::filesystem::path& file);
 /// Writes by the ending of the name, all or nothing. UserError if a value is not finite or the file cannot be written.
 void write_table(const std::filesystem::path& file, const Table& table);
 
-/// "line 7" for a text file, "sample 5" for a MAT file: where the reader of the file finds a sample (counted from 0).
-std::string place_of_sample(const std::filesystem::path& file, Index sample);
-
 }  // namespace wheelhop

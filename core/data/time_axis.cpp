@@ -6,16 +6,22 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
+#include <limits>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/status.hpp"
-#include "core/data/table.hpp"
 
 namespace wheelhop {
 namespace {
 
 constexpr double kTolerance = 1e-4;  // of a period for an instant, relative for the rate
+// Judgements: instants off by 2 % of a period (RMS) err by 1.3 % of the signal at a tenth of the sampling rate; of
+// numbers drawn from a normal distribution one in 5e8 lies beyond six times their RMS.
+constexpr double kUsualScatter = 0.02, kNoiseCrest = 6;
+constexpr std::size_t kPlacesTold = 5;
 
 /// Decimals and significant digits that the instants need, both as large as any of them needs.
 struct Digits {
@@ -42,22 +48,38 @@ Digits digits_of(ConstVectorRef t_s) {
   return digits;
 }
 
-/// Step of the coarsest instant when written with these digits: its last decimal, or its last significant digit.
+/// Whether every instant is a float32, as far as its nine digits tell.
+bool are_single(ConstVectorRef t_s) {
+  for (const double t : t_s) {
+    if (t == 0) continue;
+    const double digit = std::pow(10.0, std::floor(std::log10(std::abs(t))) - 8);
+    if (std::abs(t - static_cast<double>(static_cast<float>(t))) > 0.51 * digit) return false;
+  }
+  return true;
+}
+
+/// Distance of neighbouring float32 at the largest instant.
+double single_step(double largest) { return largest > 0 ? std::ldexp(1.0, std::ilogb(largest) - 23) : 0; }
+
+/// Step of the coarsest instant when written with these digits: its last decimal, or its last significant digit; or its
+/// last bit, too, if all are float32.
 double resolution(ConstVectorRef t_s) {
   const Digits digits = digits_of(t_s);
   const double largest = std::max(std::abs(t_s(0)), std::abs(t_s(t_s.size() - 1)));
   const int exponent = largest > 0 ? static_cast<int>(std::floor(std::log10(largest))) : -digits.decimals;
-  return std::pow(10.0, std::max(-digits.decimals, exponent + 1 - digits.significant));
+  const double decimal = std::pow(10.0, std::max(-digits.decimals, exponent + 1 - digits.significant));
+  return are_single(t_s) ? decimal + single_step(largest) : decimal;
 }
 
-/// First instant at which the offsets t_k - k period seen so far spread over more than `allowed`; -1 if none does.
-Index first_break(ConstVectorRef t_s, double period, double allowed) {
+/// First instant at which the offsets t_k - places_k period seen so far spread over more than `allowed`; -1 if none
+/// does.
+Index first_break(ConstVectorRef t_s, ConstVectorRef places, double period, double allowed) {
   double low = 0, high = 0;
   for (Index k = 1; k < t_s.size(); ++k) {
-    const double offset = t_s(k) - t_s(0) - static_cast<double>(k) * period;
+    const double offset = t_s(k) - t_s(0) - (places(k) - places(0)) * period;
     low = std::min(low, offset);
     high = std::max(high, offset);
-    if (high - low > allowed) return k;
+    if (!(high - low <= allowed)) return k;
   }
   return -1;
 }
@@ -68,12 +90,26 @@ double explained(double period, double step) {
   return std::abs(steps - std::round(steps)) < 1e-6 ? 0 : step;
 }
 
-/// Slope of the least-squares line through the instants.
-double mean_period(ConstVectorRef t_s) {
-  const Index n = t_s.size();
-  const Vector k = Vector::LinSpaced(n, -0.5 * static_cast<double>(n - 1), 0.5 * static_cast<double>(n - 1));
-  return k.dot((t_s.array() - t_s.mean()).matrix()) / k.squaredNorm();
+/// Least-squares line through instants over their numbers on the grid.
+struct FittedLine {
+  double start = 0, period = 0;
+  double largest = 0, rms = 0;  ///< distances from it, in periods
+  double slope_error = 0;       ///< standard error of the period, relative
+};
+
+FittedLine fit_line(ConstVectorRef t_s, ConstVectorRef places) {
+  const Vector k = (places.array() - places.mean()).matrix();
+  FittedLine line;
+  line.period = k.dot((t_s.array() - t_s.mean()).matrix()) / k.squaredNorm();
+  line.start = t_s.mean() - line.period * places.mean();
+  const Vector off = (t_s - line.period * places).array() - line.start;
+  line.largest = off.cwiseAbs().maxCoeff() / line.period;
+  line.rms = off.norm() / std::sqrt(static_cast<double>(t_s.size())) / line.period;
+  line.slope_error = line.rms / k.norm();
+  return line;
 }
+
+Vector counted(Index n) { return Vector::LinSpaced(n, 0, static_cast<double>(n - 1)); }
 
 double median_step(ConstVectorRef t_s) {
   std::vector<double> steps;
@@ -83,38 +119,195 @@ double median_step(ConstVectorRef t_s) {
   return *middle;
 }
 
+/// Division by a power of ten gives the double nearest to a short decimal; a product does not.
+Vector in_seconds(ConstVectorRef t, double unit_s) {
+  const double units = std::round(1 / unit_s);
+  return unit_s < 1 && std::abs(units * unit_s - 1) < 1e-12 ? Vector(t / units) : Vector(t * unit_s);
+}
+
+class TimeAxis {
+ public:
+  TimeAxis(ConstVectorRef t, const TimeRequest& request)
+      : raw_(t), t_(in_seconds(t, request.unit_s)), request_(request), whole_(counted(t.size())) {}
+
+  TimeGrid fit() {
+    const double claimed = request_.sampling_hz ? 1 / *request_.sampling_hz : 0;
+    // Digits cost far more than arithmetic, and most grids are through at once.
+    if (claimed > 0 && first_break(t_, whole_, claimed, kTolerance * claimed) < 0)
+      return {*request_.sampling_hz, {}, 0};
+    if (claimed > 0 && first_break(t_, whole_, claimed, allowed(claimed)) < 0) return {*request_.sampling_hz, {}, 0};
+    const FittedLine line = fit_line(t_, whole_);
+    if (line.period > 0 && is_grid(whole_, line.period)) return at_rate(whole_, line, 0);
+    require_increase();
+    if (is_scatter(line)) return at_rate(whole_, line, line.largest);
+    if (const auto lossy = with_lost_samples(claimed)) return *lossy;
+    refuse(claimed, line);
+  }
+
+ private:
+  double step() {
+    if (step_ < 0) step_ = resolution(raw_) * request_.unit_s;  // as the file writes them
+    return step_;
+  }
+
+  /// What doubles of this size add to the spread: half a last bit either side, of an instant and of the first one.
+  double last_bits() const { return 2 * std::numeric_limits<double>::epsilon() * t_.cwiseAbs().maxCoeff(); }
+
+  /// Spread of the offsets from a grid whose rate is known.
+  double allowed(double period) {
+    return std::max(kTolerance * period, (1 + 1e-9) * explained(period, step()) + last_bits());
+  }
+
+  /// Is it a grid of this fitted period? Rounding tilts a fitted line too, by less than 3 / sqrt(N) steps in all.
+  bool is_grid(ConstVectorRef places, double period) {
+    if (first_break(t_, places, period, 2 * kTolerance * period) < 0) return true;
+    const double tilt = 1 + 3 / std::sqrt(static_cast<double>(t_.size()));
+    return first_break(t_, places, period,
+                       std::max(2 * kTolerance * period, tilt * explained(period, step()) + last_bits())) < 0;
+  }
+
+  bool is_scatter(const FittedLine& line) const {
+    if (!(line.period > 0)) return false;
+    if (request_.scatter) return line.largest <= *request_.scatter;
+    return line.rms <= kUsualScatter && line.largest <= kNoiseCrest * line.rms;
+  }
+
+  void require_increase() const {
+    for (Index k = 1; k < t_.size(); ++k)
+      if (!(t_(k) > t_(k - 1)))
+        throw UserError(fmt::format("{}: {}: expected {} to increase, found {} after {}", request_.file,
+                                    request_.place(k), request_.name, t_(k), t_(k - 1)));
+  }
+
+  /// The grid at the rate asked for, or at the plainest one that fits the line.
+  TimeGrid at_rate(ConstVectorRef places, const FittedLine& line, double scatter) {
+    TimeGrid grid{1 / line.period, {}, scatter};
+    const double span = places(places.size() - 1) - places(0);
+    const double slack = scatter > 0 ? 4 * line.slope_error : explained(line.period, step()) / (span * line.period);
+    if (request_.sampling_hz) {
+      grid.sampling_hz = *request_.sampling_hz;
+      if (std::abs(line.period * grid.sampling_hz - 1) > kTolerance + slack) refuse_rate(line.period);
+      return grid;
+    }
+    const auto fits = [&](double period) {
+      if (scatter > 0) return std::abs(period / line.period - 1) <= slack;
+      return first_break(t_, places, period, allowed(period)) < 0;
+    };
+    for (int digits = 1; digits <= 12; ++digits) {
+      const double hz = rounded(1 / line.period, digits), period = rounded(line.period, digits);
+      if (fits(1 / hz))
+        grid.sampling_hz = hz;
+      else if (fits(period))
+        grid.sampling_hz = 1 / period;
+      else
+        continue;
+      break;
+    }
+    return grid;
+  }
+
+  static double rounded(double value, int digits) {
+    return std::strtod(fmt::format("{:.{}e}", value, digits - 1).c_str(), nullptr);
+  }
+
+  [[noreturn]] void refuse_rate(double period) const {
+    const double factor = *request_.sampling_hz * period;
+    std::string hint;
+    for (const auto& [name, size] : {std::pair{"ms", 1e3}, {"us", 1e6}, {"ns", 1e9}, {"min", 1.0 / 60}})
+      if (std::abs(factor / size - 1) < 1e-3)
+        hint = fmt::format("; if {} is in {}, say \"time\": {{\"unit\": \"{}\"}}", request_.name, name, name);
+    throw UserError(fmt::format("{}: {}: expected {} at sampling_hz = {:.9g} Hz, found {:.9g} Hz{}", request_.file,
+                                request_.place(1), request_.name, *request_.sampling_hz, 1 / period, hint));
+  }
+
+  /// Numbers of the instants on a grid with gaps. Follows the grid by a running mean of the offsets, which begins with
+  /// the median of the first ones, so that neither rounding nor a period that is slightly off adds up.
+  Vector places_with_gaps(double period) const {
+    constexpr double forget = 0.1;
+    std::vector<double> offsets;
+    for (Index k = 0; k < std::min<Index>(t_.size(), 31); ++k)
+      offsets.push_back(t_(k) - period * static_cast<double>(k));
+    std::sort(offsets.begin(), offsets.end());
+    double start = offsets[offsets.size() / 2];
+    Vector places = Vector::Zero(t_.size());
+    for (Index k = 1; k < t_.size(); ++k) {
+      const double passed = std::round((t_(k) - start) / period - places(k - 1));
+      places(k) = places(k - 1) + std::max(1.0, passed);
+      start += forget * (t_(k) - period * places(k) - start);
+    }
+    return places;
+  }
+
+  std::optional<TimeGrid> with_lost_samples(double claimed) {
+    const double typical = median_step(t_);
+    // Steps over one period, of which rounding makes some longer.
+    const double longest = std::max(1.5 * typical, typical + 1.5 * step());
+    double sum = 0;
+    Index count = 0;
+    for (Index k = 1; k < t_.size(); ++k)
+      if (t_(k) - t_(k - 1) < longest) {
+        sum += t_(k) - t_(k - 1);
+        ++count;
+      }
+    const double mean = sum / static_cast<double>(count);
+    const double period = claimed > 0 && std::abs(mean / claimed - 1) < 0.05 ? claimed : mean;
+    if (explained(period, step()) >= period) return {};  // a lost sample and rounding look the same
+    const Vector places = places_with_gaps(period);
+    const Index n = t_.size();
+    if (places(n - 1) == static_cast<double>(n - 1)) return {};
+    const FittedLine line = fit_line(t_, places);
+    const bool grid = is_grid(places, line.period);
+    if (!grid && !is_scatter(line)) return {};
+    TimeGrid result = at_rate(places, line, grid ? 0 : line.largest);
+    for (Index k = 1; k < n; ++k)
+      if (const auto more = static_cast<Index>(places(k) - places(k - 1)) - 1; more > 0)
+        result.lost.push_back({k, more});
+    if (!request_.may_lose) refuse_lost(result, typical);
+    return result;
+  }
+
+  std::string step_at(Index k, double typical) const {
+    return fmt::format("{}: {}: expected uniform sampling, found a step of {:.6g} s in {} where {:.6g} s is usual",
+                       request_.file, request_.place(k), t_(k) - t_(k - 1), request_.name, typical);
+  }
+
+  [[noreturn]] void refuse_lost(const TimeGrid& grid, double typical) const {
+    Index total = 0;
+    std::string places;
+    for (std::size_t i = 0; i < grid.lost.size(); ++i) {
+      total += grid.lost[i].count;
+      if (i < kPlacesTold)
+        places += fmt::format("{}{} at {}", i ? ", " : "", grid.lost[i].count, request_.place(grid.lost[i].before));
+    }
+    throw UserError(fmt::format(
+        "{}; lost samples: {} ({}{}); say \"lost_samples\": \"bridge\" to interpolate them or \"cut\" to keep the "
+        "longest stretch that has none, or take a \"range\" without them",
+        step_at(grid.lost.front().before, typical), total, places, grid.lost.size() > kPlacesTold ? ", ..." : ""));
+  }
+
+  [[noreturn]] void refuse(double claimed, const FittedLine& line) {
+    const double typical = median_step(t_);
+    const double grid = claimed > 0 && std::abs(typical / claimed - 1) < 0.05 ? claimed : typical;
+    Index broken = first_break(t_, whole_, grid, allowed(grid));
+    if (broken < 0) broken = first_break(t_, whole_, line.period, 2 * kTolerance * line.period);
+    throw UserError(fmt::format(
+        "{}{}", step_at(std::max<Index>(broken, 1), typical),
+        line.period > 0 && line.largest < most_scatter
+            ? fmt::format("; if only the instants scatter and the samples lie on an even grid, say \"time\": "
+                          "{{\"scatter\": {:g}}}, in periods",
+                          std::ceil(105 * line.largest) / 100)
+            : ""));
+  }
+
+  const ConstVectorRef& raw_;
+  Vector t_;
+  const TimeRequest& request_;
+  Vector whole_;
+  double step_ = -1;
+};
+
 }  // namespace
 
-void check_time_axis(ConstVectorRef t_s, double sampling_hz, const std::filesystem::path& file, Index first) {
-  const std::string name = file.string();
-  const Index n = t_s.size();
-  for (Index k = 1; k < n; ++k)
-    if (!(t_s(k) > t_s(k - 1)))
-      throw UserError(fmt::format("{}: {}: expected t to increase, found {} after {}", name,
-                                  place_of_sample(file, first + k), t_s(k), t_s(k - 1)));
-  const double claimed = 1 / sampling_hz;
-  if (first_break(t_s, claimed, kTolerance * claimed) < 0) return;
-  // Digits cost far more than arithmetic, and most grids are through by now.
-  const double step = resolution(t_s);
-  if (first_break(t_s, claimed, std::max(kTolerance * claimed, (1 + 1e-9) * explained(claimed, step))) < 0) return;
-  // Uniform at a rate of its own? Rounding also tilts the fitted line, by less than 3 / sqrt(N) steps in all.
-  const double period = mean_period(t_s);
-  const double allowed =
-      std::max(2 * kTolerance * period, (1 + 3 / std::sqrt(static_cast<double>(n))) * explained(period, step));
-  Index broken = first_break(t_s, period, allowed);
-  if (broken >= 0) {
-    const double typical = median_step(t_s);
-    const double grid = std::abs(typical * sampling_hz - 1) < 0.05 ? claimed : typical;
-    const Index jump = first_break(t_s, grid, std::max(kTolerance * grid, (1 + 1e-9) * explained(grid, step)));
-    if (jump >= 0) broken = jump;
-    throw UserError(
-        fmt::format("{}: {}: expected uniform sampling, found a step of {:.6g} s in t where {:.6g} s is usual", name,
-                    place_of_sample(file, first + broken), t_s(broken) - t_s(broken - 1), typical));
-  }
-  const double difference = std::abs(t_s(n - 1) - t_s(0) - static_cast<double>(n - 1) * claimed);
-  if (difference > kTolerance * static_cast<double>(n - 1) * claimed + explained(period, step))
-    throw UserError(fmt::format("{}: {}: expected t at sampling_hz = {:.9g} Hz, found {:.9g} Hz", name,
-                                place_of_sample(file, first + 1), sampling_hz, 1 / period));
-}
+TimeGrid fit_time_grid(ConstVectorRef t, const TimeRequest& request) { return TimeAxis(t, request).fit(); }
 
 }  // namespace wheelhop

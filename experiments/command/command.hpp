@@ -14,6 +14,7 @@ using Run = std::function<int()>;
 
 /// Each adds one command (blind: with its three) to the program. Parsing it sets `run`, which is kept by reference.
 void add_list(CLI::App& app, Run& run);
+void add_look(CLI::App& app, Run& run);
 void add_generate(CLI::App& app, Run& run);
 void add_identify(CLI::App& app, Run& run);
 void add_simulate(CLI::App& app, Run& run);

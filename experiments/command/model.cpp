@@ -1,8 +1,9 @@
-// list, generate, identify, simulate: from pieces and records to a model and its free run.
+// list, look, generate, identify, simulate: from pieces and records to a model and its free run.
 #include "experiments/command/command.hpp"
 #include "experiments/generate/generate.hpp"
 #include "experiments/identify/identify.hpp"
 #include "experiments/list/list.hpp"
+#include "experiments/look/look.hpp"
 #include "experiments/simulate/simulate.hpp"
 
 namespace wheelhop {
@@ -12,6 +13,29 @@ void add_list(CLI::App& app, Run& run) {
       add_command(app, "list", "every piece, effect, law and drive: source, options, defaults, units", run, run_list);
   command.add_flag("--json", request.json, "as JSON");
   command.footer("Example:\n  wheelhop list --json");
+}
+
+void add_look(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "look", "what a logger's file holds, and the records.json that reads it", run, run_look);
+  command.add_option("FILE", request.file, "text (.csv, .txt, .tsv, .dat, .asc, or one of these and .gz) or .mat")
+      ->required();
+  command.add_option("--out", request.out, "records.json to write");
+  command.add_option("--rate", request.rate_hz, "rate in Hz, where no column tells the time or its unit is not told")
+      ->check(CLI::Range(1e-9, 1e12));
+  command.add_option("--layout", request.layout, "what cannot be found of the layout, as JSON: members of \"format\"");
+  command.footer(
+      "Prints how the file is written, its rate, lost samples, and a line a column: unit, range, resolution, cells "
+      "without\n"
+      "a number, spikes, samples at the end of the range, and the frequency below which its power lies; then the\n"
+      "records.json that reads it. There a set, or one of its records, may say\n"
+      "  \"columns\": {\"acc\": \"Accel Z [g]\", \"road\": {\"column\": 3, \"unit\": \"V\", \"sensitivity\": \"20 "
+      "V/m\"}}\n"
+      "  \"time\": \"Time\", {\"column\": \"Time\", \"unit\": \"ms\"} or {\"rate_hz\": 200}\n"
+      "  \"format\": {\"separator\": \";\", \"decimal\": \",\", \"header_row\": 5, \"unit_row\": 6, \"first_row\": 7}\n"
+      "  \"lost_samples\": \"bridge\" or \"cut\"\n"
+      "and the set \"resample_hz\": 200. What it does not say is found, or refused with what to say.\n"
+      "Example:\n  wheelhop look logger.csv --layout '{\"decimal\": \",\"}' --out records.json");
 }
 
 void add_generate(CLI::App& app, Run& run) {

@@ -15,6 +15,7 @@
 #include "experiments/run/file_uses.hpp"
 #include "experiments/run/input_checks.hpp"
 #include "experiments/run/jobs.hpp"
+#include "experiments/run/provenance.hpp"
 #include "variants/nonlinearity/mlp.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
 #include "variants/solver/secant_levenberg_marquardt.hpp"
@@ -113,6 +114,7 @@ int run_diagnose(const DiagnoseRequest& request) {
   require_held_out(set, request.records);
   plant = with_drive_rate(std::move(plant), set);
   require_hold_rate(plant, set, request.records);
+  const Json origin = {{"provenance", provenance(set)}};
   const auto step = [&](const std::string& what) {
     if (!request.quiet) std::fprintf(stderr, "diagnose: %s\n", what.c_str());
   };
@@ -120,7 +122,7 @@ int run_diagnose(const DiagnoseRequest& request) {
       at_records(set, request.records, [&] { return diagnose_records(plant, set, effect_candidates, step); });
   if (diagnosis.status != Status::ok) {
     withdraw_earlier(request);
-    write_diagnosis(plant, diagnosis, nullptr, request.out);
+    write_diagnosis(plant, diagnosis, nullptr, request.out, origin);
     std::fprintf(stderr, "wheelhop: %s\n", diagnosis.verdict.message.c_str());
     return 1;
   }
@@ -134,7 +136,7 @@ int run_diagnose(const DiagnoseRequest& request) {
               place_of_note(diagnosis), *solver,
               {.ceiling = place_of_ceiling(diagnosis), .map = map.get(), .map_solver = map_solver.get()}, bootstrap);
   withdraw_earlier(request);
-  const std::filesystem::path corrected = write_diagnosis(plant, diagnosis, &examination, request.out);
+  const std::filesystem::path corrected = write_diagnosis(plant, diagnosis, &examination, request.out, origin);
   Placebo again;
   if (request.placebo > 0) {
     const JobOptions jobs{0, "placebo", fmt::format("the diagnosis without its placebo is in {}", request.out.string()),
@@ -148,7 +150,9 @@ int run_diagnose(const DiagnoseRequest& request) {
             return {};
           });
         });
-    write_diagnosis(plant, diagnosis, &examination, request.out, {{"placebo", placebo_json(again)}});
+    Json more = origin;
+    more["placebo"] = placebo_json(again);
+    write_diagnosis(plant, diagnosis, &examination, request.out, more);
   }
   print(diagnosis, request.placebo > 0 ? &again : nullptr);
   print_ceiling(diagnosis, examination.ceiling);

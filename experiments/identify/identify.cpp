@@ -49,7 +49,7 @@ ModelFile make_file(const IdentifyConfig& config, const PipelineResult& result) 
   file.model = result.model;
   file.x0 = result.x0;
   file.config = config.effective;
-  file.provenance = provenance();
+  file.provenance = provenance(config.set);
   if (result.status != Status::ok) return file;
   const Signal& training = config.training();
   const FreeRun run = free_run(file, training.u, file.x0);

@@ -92,7 +92,8 @@ Json menu_json(const Plan& plan, const PlanItem& item) {
           {"size_sigma", sizes}};
 }
 
-Json to_json(const Plant& plant, const Plan& plan, const Vector& noise, const std::vector<std::string>& assumed) {
+Json to_json(const Plant& plant, const RecordSet& set, const Plan& plan, const Vector& noise,
+             const std::vector<std::string>& assumed) {
   Json effects = Json::array(), parameters = Json::array(), pairs = Json::array(), menu = Json::array(),
        std = Json::object();
   for (Index i = 0; i < noise.size(); ++i) std[plant.sensors[static_cast<std::size_t>(i)].name] = noise(i);
@@ -111,7 +112,7 @@ Json to_json(const Plant& plant, const Plan& plan, const Vector& noise, const st
           {"correlated_parameters", pairs},
           {"menu_seconds", plan.menu_s},
           {"menu", menu},
-          {"provenance", provenance()}};
+          {"provenance", provenance(set)}};
 }
 
 }  // namespace
@@ -151,7 +152,7 @@ int run_plan(const PlanRequest& request) {
     std::fprintf(stderr, "wheelhop: the plant cannot follow the planned drives: %s\n", plan.message.c_str());
     return 1;
   }
-  if (!request.out.empty()) write_json(request.out, to_json(plant, plan, noise, assumed));
+  if (!request.out.empty()) write_json(request.out, to_json(plant, set, plan, noise, assumed));
   print_plan(plan, assumed);
   if (!request.out.empty()) fmt::print("\nwritten: {}\n", request.out.string());
   return 0;

@@ -8,7 +8,6 @@
 #include <string_view>
 #include <system_error>
 
-#include "core/data/table.hpp"
 #include "core/plant/dataset.hpp"
 
 namespace wheelhop {
@@ -23,7 +22,7 @@ std::string place_of_record(const RecordSet& set, std::size_t index, const fs::p
 }
 
 void require_squares(ConstMatrixRef rows, const std::vector<Channel>& channels, const Record& record,
-                     const std::string& where, const fs::path& table) {
+                     const std::string& where) {
   for (Index i = 0; i < rows.rows(); ++i) {
     Index largest = 0;
     const double peak = rows.row(i).cwiseAbs().maxCoeff(&largest), power = rows.row(i).squaredNorm();
@@ -31,8 +30,7 @@ void require_squares(ConstMatrixRef rows, const std::vector<Channel>& channels, 
     throw UserError(
         fmt::format("{}: expected values whose squares are numbers, found {:g} in \"{}\" ({}); is its unit what it "
                     "should be?",
-                    where, rows(i, largest), channels[static_cast<std::size_t>(i)].name,
-                    place_of_sample(table, record.first + largest)));
+                    where, rows(i, largest), channels[static_cast<std::size_t>(i)].name, record.place(largest)));
   }
 }
 
@@ -63,9 +61,9 @@ void require_noise(const RecordSet& set, const fs::path& file) {
 
 /// Whether two records share samples: of one file, or number by number.
 bool share_samples(const Record& a, const Record& b, const fs::path& folder) {
-  const auto end = [](const Record& record) { return record.first + record.signal.samples(); };
   std::error_code error;
-  if (fs::equivalent(folder / a.file, folder / b.file, error) && !error && a.first < end(b) && b.first < end(a))
+  if (fs::equivalent(folder / a.file, folder / b.file, error) && !error && a.first < b.file_end() &&
+      b.first < a.file_end())
     return true;
   return a.signal.y.rows() > 0 && a.signal.u.cols() == b.signal.u.cols() && a.signal.u == b.signal.u &&
          a.signal.y == b.signal.y;
@@ -90,12 +88,11 @@ Plant require_acting_inputs(Plant plant, const std::string& where) {
 Plant load_acting_plant(const fs::path& file) { return require_acting_inputs(load_plant(file), file.string() + ": $"); }
 
 void require_sound_records(const RecordSet& set, const fs::path& file) {
-  const fs::path folder = file.parent_path();
   for (std::size_t i = 0; i < set.records.size(); ++i) {
     const Record& record = set.records[i];
     const std::string where = place_of_record(set, i, file);
-    require_squares(record.signal.u, record.signal.inputs, record, where, folder / record.file);
-    require_squares(record.signal.y, record.signal.outputs, record, where, folder / record.file);
+    require_squares(record.signal.u, record.signal.inputs, record, where);
+    require_squares(record.signal.y, record.signal.outputs, record, where);
   }
   require_noise(set, file);
 }

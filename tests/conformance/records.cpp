@@ -168,7 +168,9 @@ TEST_CASE("every mistake in records.json is named with its path") {
   };
   refused(R"({"sampling_hz": 200, "records": []})", "$.records: expected at least one record");
   refused(R"({"sampling_hz": 200})", "expected the key \"records\"");
-  refused(R"({"records": []})", "expected the key \"sampling_hz\"");
+  refused(R"({"records": []})", "$.records: expected at least one record");
+  refused(R"({"records": [{"file": "a.csv", "role": "estimation"}]})",
+          "a.csv: expected \"sampling_hz\", or the unit of column \"t\", found neither; say \"sampling_hz\": 200");
   refused(R"({"sampling_hz": 0, "records": []})", "$.sampling_hz: expected a rate > 0 in Hz, found 0");
   refused(R"({"sampling_hz": -5, "records": []})", "a rate > 0");
   refused(R"({"sampling_hz": "200", "records": []})", "expected a number, found \"200\"");
@@ -183,7 +185,7 @@ TEST_CASE("every mistake in records.json is named with its path") {
           "b.csv: cannot read: No such file");
   refused(R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimation", "skip": 3}]})",
           "$.records[0].skip: expected a known name, found \"skip\"; known names: file, role, repeat_of, skip_initial, "
-          "range; did you mean \"skip_initial\"?");
+          "range, columns, format, time, lost_samples; did you mean \"skip_initial\"?");
   refused(R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimation"}], "noise": 1})",
           "$.noise: expected a known name");
   refused(R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimation"}], "noise_std": {"ac": 1}})",

@@ -16,7 +16,7 @@ TEST_CASE("help of every command tells how to use it, with an example") {
   const Said top = run_program("--help");
   CHECK(top.status == 0);
   for (const char* command :
-       {"list", "generate", "identify", "simulate", "diagnose", "decide", "plan", "blind make", "blind run",
+       {"list", "look", "generate", "identify", "simulate", "diagnose", "decide", "plan", "blind make", "blind run",
         "blind score", "blind calibrate", "reproduce", "sweep", "compare", "report"}) {
     CAPTURE(command);
     const Said said = run_program(std::string(command) + " --help");
@@ -33,7 +33,7 @@ TEST_CASE("a command that is none is told with the known ones, whatever it looks
     const Said said = run_program(words);
     CHECK(said.status == 2);
     CHECK(said.lines() == 1);
-    CHECK_THAT(said.err, Contains(words) && Contains("known commands: list, generate, identify"));
+    CHECK_THAT(said.err, Contains(words) && Contains("known commands: list, look, generate, identify"));
   }
   CHECK_THAT(run_program("identfy").err, Contains("did you mean \"identify\"?"));
   CHECK_THAT(run_program("blind mke").err, Contains("known commands: make, run, score"));

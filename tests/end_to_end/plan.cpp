@@ -50,6 +50,7 @@ TEST_CASE("a plan needs drives only, its noise may be given for sensors that hav
   const std::string bytes = read_file(folder / "plan.json");
   const Json plan = parse_json(bytes, "plan.json");
   CHECK(plan.at("schema") == "wheelhop.plan/1");
+  CHECK_FALSE(plan.at("provenance").contains("reading"));  // the files are plain
   CHECK(plan.at("noise").at("assumed_one_percent").size() == 3);
   CHECK(plan.at("parameters").size() == 4);
   std::size_t showing = 0;
