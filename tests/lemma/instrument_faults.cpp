@@ -5,6 +5,7 @@
 
 #include "core/gap/evidence/instrument_faults.hpp"
 #include "core/gap/verdict/faults.hpp"
+#include "core/plant/dataset.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 
@@ -110,4 +111,45 @@ TEST_CASE("a clock that runs at another rate is told with its sign, from a few s
   }
   CHECK(Reading(Vector::Ones(3), 0.1, Vector::Zero(3), 1e-4).faults().empty());
   CHECK(Reading(Vector::Ones(3), 0.1).faults().empty());
+}
+
+TEST_CASE("of several drives the one of another unit or sign is told, and gain errors of drives are not") {
+  Json file = parse_json(quarter_car_text, "plant");
+  file["inputs"].push_back(
+      {{"name", "push"}, {"kind", "force"}, {"unit", "N"}, {"between", {"wheel", "body"}}, {"hold_hz", 1000}});
+  const Plant plant = plant_from(file.dump());
+  Random random = numbers(862);
+  const Index samples = 1500, ratio = 5;
+  Matrix drive(2, samples * ratio);
+  for (Index k = 0; k < samples; ++k) {
+    const double before = k > 0 ? drive(0, k * ratio - 1) : 0, push = k > 0 ? drive(1, k * ratio - 1) : 0;
+    drive.row(0).segment(k * ratio, ratio).setConstant(0.9 * before + 0.002 * random.normal());
+    drive.row(1).segment(k * ratio, ratio).setConstant(0.9 * push + 60 * random.normal());
+  }
+  const auto faults_of = [&](double road, double push) {
+    const Matrix felt = Vector((Vector(2) << road, push).finished()).asDiagonal() * drive;
+    PlantFit fit;
+    fit.plant = plant;
+    std::vector<FitRecord> records = {{drive, Matrix::Zero(3, samples), ratio, 50, Vector::Ones(3), {}}};
+    const Matrix made = simulate_measured(plant, drive, run_options(plant, records[0])).outputs;
+    records[0].y = simulate_measured(plant, felt, run_options(plant, records[0])).outputs;
+    for (Index j = 0; j < 3; ++j)
+      records[0].y.row(j) += 0.02 * records[0].y.row(j).norm() / std::sqrt(1500.0) * random.normal(1, samples);
+    fit.error.push_back(made - records[0].y);
+    return gross_faults(fit, records);
+  };
+  for (const double factor : {-0.6, -1.0, 0.1, 10.0}) {
+    CAPTURE(factor);
+    const std::vector<InstrumentFault> push = faults_of(1, factor), road = faults_of(factor, 1);
+    REQUIRE(push.size() == 1);
+    CHECK(push[0].location == "actuator:push");
+    CHECK(push[0].value == Approx(factor).margin(0.1 * std::abs(factor)));
+    CHECK_THAT(fault_message(push), Contains("push acts"));
+    if (std::abs(factor) > 5) continue;  // a road that large leaves the plant's travel
+    REQUIRE(road.size() == 1);
+    CHECK(road[0].location == "actuator:road");
+    CHECK(road[0].value == Approx(factor).margin(0.15 * std::abs(factor)));
+  }
+  CHECK(faults_of(0.8, 1.3).empty());
+  CHECK(faults_of(1, 1).empty());
 }

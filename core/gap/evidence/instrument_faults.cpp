@@ -1,10 +1,12 @@
 #include "core/gap/evidence/instrument_faults.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "core/data/spectra.hpp"
+#include "core/plant/dataset.hpp"
 
 namespace wheelhop {
 namespace {
@@ -13,6 +15,7 @@ namespace {
 constexpr double kTimesOff = 2;       // times too large or too small
 constexpr double kGoes = 0.8;         // correlation with the plant
 constexpr double kAlike = 0.4;        // by which the factors of all channels may differ where the drive's is wrong
+constexpr double kMatters = 0.05;     // share of all channels that a drive explains, for its factor to be told
 constexpr double kOfError = 0.5;      // share of a channel's squared error that an offset makes
 constexpr double kOfMotion = 0.25;    // offset over the RMS of the motion
 constexpr double kUnitError = 0.03;   // by which a factor may miss that of a unit
@@ -79,6 +82,51 @@ std::vector<InstrumentFault> wrong_factors(const Plant& plant, const std::vector
                     (off_by(kGravity) || off_by(1 / kGravity));
   if (in_g) return faults;
   return {{"gain_error", actuator_of(plant, plant.inputs.front()), mean}};
+}
+
+/// Readings about their mean, one channel after the other, each over its own norm.
+Vector shapes_of(const Matrix& readings, const Vector& norms) {
+  Matrix shapes = (readings.colwise() - readings.rowwise().mean()).transpose();
+  for (Index j = 0; j < shapes.cols(); ++j) shapes.col(j) /= norms(j);
+  return shapes.reshaped();
+}
+
+/// Wrong factors of single drives among several.
+std::vector<InstrumentFault> wrong_drives(const PlantFit& fit, const std::vector<FitRecord>& records) {
+  const Plant& plant = fit.plant;
+  const Index m = plant.input_count(), p = plant.sensor_count();
+  if (m < 2 || fit.error.empty()) return {};
+  Matrix H = Matrix::Zero(m, m);
+  Vector g = Vector::Zero(m);
+  double all = 0;
+  for (const FitRecord& record : records) {
+    const Index kept = record.y.cols() - record.skip;
+    const Matrix y = record.y.rightCols(kept);
+    const Vector norms = (y.colwise() - y.rowwise().mean()).rowwise().norm();
+    if (!(norms.minCoeff() > 0)) return {};
+    Matrix under(p * kept, m);
+    for (Index i = 0; i < m; ++i) {
+      Matrix drive = record.drive.col(0).replicate(1, record.drive.cols());
+      drive.row(i) = record.drive.row(i);
+      const Simulation run = simulate_measured(plant, drive, run_options(plant, record));
+      if (run.status != Status::ok || run.outputs.cols() < record.y.cols()) return {};
+      under.col(i) = shapes_of(run.outputs.middleCols(record.skip, kept), norms);
+    }
+    const Vector read = shapes_of(y, norms);
+    H += under.transpose() * under;
+    g += under.transpose() * read;
+    all += read.squaredNorm();
+  }
+  const Eigen::LDLT<Matrix> factor(H);
+  const Vector common = g;
+  g = factor.solve(common);
+  if (!(common.dot(g) > kGoes * kGoes * all)) return {};
+  const Matrix inverse = factor.solve(Matrix::Identity(m, m));
+  std::vector<InstrumentFault> faults;
+  for (Index i = 0; i < m; ++i)
+    if (!(g(i) > 1 / kTimesOff && g(i) < kTimesOff) && g(i) * g(i) / inverse(i, i) > kMatters * all)
+      faults.push_back({"gain_error", actuator_of(plant, plant.inputs[static_cast<std::size_t>(i)]), g(i)});
+  return faults;
 }
 
 /// Samples by which b lies behind a, from the largest of their cross-correlation, between the samples by a parabola;
@@ -156,6 +204,7 @@ double falls_behind(const PlantFit& fit, const std::vector<FitRecord>& records) 
 std::vector<InstrumentFault> gross_faults(const PlantFit& fit, const std::vector<FitRecord>& records) {
   const std::vector<Regression> channels = regressions(fit, records);
   std::vector<InstrumentFault> faults = wrong_factors(fit.plant, channels);
+  if (faults.empty()) faults = wrong_drives(fit, records);
   const bool scaled = !faults.empty();
   const bool drive = scaled && place_from(faults.front().location).kind == PlaceKind::actuator;
   for (std::size_t j = 0; j < channels.size(); ++j) {
@@ -164,6 +213,7 @@ std::vector<InstrumentFault> gross_faults(const PlantFit& fit, const std::vector
     const bool off = drive || std::any_of(faults.begin(), faults.end(), [&](const InstrumentFault& fault) {
                        return fault.location == location_of_sensor(fit.plant, j);
                      });
+    // The offset counts beside the factor that the channel has.
     const double gain = off ? own.reads() : 1, offset = own.offset(gain);
     if (offset * offset > kOfError * (offset * offset + own.error(gain)) &&
         std::abs(offset) > kOfMotion * std::sqrt(own.power()))

@@ -19,6 +19,8 @@ std::string fault_message(const std::vector<InstrumentFault>& faults) {
       list += fmt::format("{} lies {:.3g} from where the plant rests", place.name, fault.value);
     else if (place.kind == PlaceKind::sensor)
       list += fmt::format("{} reads {:.3g} times what the plant makes of the drive", place.name, fault.value);
+    else if (!place.name.empty())
+      list += fmt::format("{} acts {:.3g} times as the plant has it", place.name, fault.value);
     else
       list += fmt::format("every channel reads {:.3g} times what the plant makes of the drive", fault.value);
   }

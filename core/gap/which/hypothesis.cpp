@@ -141,7 +141,8 @@ bool fit_candidate(const Study& study, const Hypothesis& base, EffectCandidate c
   // Where a missing effect has bent the plant far, the way back leads past the plant as delivered; where it is small,
   // the linear step from the re-tuned plant is nearly the solution.
   const Index known = base.fit.theta.size();
-  Vector delivered = base.fit.theta, stepped = base.fit.theta + factor * screened.retuning;
+  Vector delivered = base.fit.theta, stepped = base.fit.theta;
+  if (screened.retuning.size() == known) stepped += factor * screened.retuning;
   delivered.head(static_cast<Index>(study.tolerances.size())).setZero();
   const bool step = cost_of_start(study, base, out.start, stepped) < cost_of_start(study, base, out.start, delivered);
   const auto fit_with = [&](const Vector& first, Hypothesis& fitted) {
@@ -317,18 +318,24 @@ std::vector<Hypothesis> with_twins(const Hypothesis& hypothesis, const std::vect
 
 std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
                                const Changes& known, Changes* found) {
+  const PlantFit& around = options.around ? *options.around : base.fit;
   Operation operation;
-  if (!operation_of(base.fit.plant, study.data.fitted, base.fit.initial_states, operation)) return {};
-  const std::vector<EffectCandidate> candidates = study.candidates(base.fit.plant, operation);
+  if (!operation_of(around.plant, study.data.fitted, around.initial_states, operation)) return {};
+  const std::vector<EffectCandidate> candidates = study.candidates(around.plant, operation);
+  const auto tried = [&](const EffectCandidate& candidate) {
+    return options.tried && std::any_of(options.tried->begin(), options.tried->end(), [&](const Hypothesis& other) {
+             return same_form(other.effects.back(), candidate);
+           });
+  };
   std::vector<Screened> shortlist;
   std::map<std::string, Index> forms;
-  for (const Screened& screened : screen(base.fit, study.data.fitted, candidates, known, found)) {
+  for (const Screened& screened : screen(around, study.data.fitted, candidates, known, found)) {
     const std::string name = name_of(candidates[screened.candidate]);
     if (static_cast<Index>(shortlist.size()) >= options.shortlist || !(screened.gain > 0)) break;
     if (shortlist.empty() && 2 * screened.gain < options.least) break;
     if (!shortlist.empty() && screened.gain < options.worth * shortlist.front().gain) break;
     if (added(study.nominal, base.fit.plant, candidates[screened.candidate].location)) continue;
-    if (name == options.without || ++forms[name] > options.forms) continue;
+    if (name == options.without || tried(candidates[screened.candidate]) || ++forms[name] > options.forms) continue;
     shortlist.push_back(screened);
   }
   std::vector<Hypothesis> fits(shortlist.size());

@@ -89,11 +89,13 @@ std::vector<Hypothesis> with_twins(const Hypothesis& hypothesis, const std::vect
 
 /// What of the fast screen is worth a fit.
 struct ExtendOptions {
-  Index shortlist = 10;      ///< fits at most, the best of the screen first
-  Index forms = 3;           ///< of one effect at one place
-  double worth = 0.1;        ///< screened gain over the best one's, below which a candidate is not fitted
-  double least = 0;          ///< fall of chi2 that the screen must expect of the best for any to be fitted
-  std::string without = {};  ///< "effect@location" that is not tried
+  Index shortlist = 10;              ///< fits at most, the best of the screen first
+  Index forms = 3;                   ///< of one effect at one place
+  double worth = 0.1;                ///< screened gain over the best one's, below which a candidate is not fitted
+  double least = 0;                  ///< fall of chi2 that the screen must expect of the best for any to be fitted
+  std::string without = {};          ///< "effect@location" that is not tried
+  const PlantFit* around = nullptr;  ///< whose plant the screen looks at; null: that of the base
+  const std::vector<Hypothesis>* tried = nullptr;  ///< forms that are not tried again
 };
 
 /// Adds one effect to a hypothesis in all ways that the fast screen finds worth a fit: a quick one each.

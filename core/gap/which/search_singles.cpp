@@ -3,12 +3,32 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/gap/verdict/posterior.hpp"
 #include "core/gap/which/search.hpp"
 
 namespace wheelhop {
 namespace {
+
+/// Where no effect that the screen expects much of explains the gap, the screen was wrong: it is linear, around a plant
+/// that may be bent to its ends by what is missing. Then as many others are fitted, the best of a screen around the
+/// plant as delivered where re-tuning stopped.
+void add_less_expected(const Search& search, double least, std::vector<Hypothesis>& singles) {
+  const double gap = search.retuned.chi2 - search.study.data.samples;
+  if (singles.empty() || singles.front().chi2 - search.study.data.samples < search.effort.leaves_much * gap) return;
+  const bool bent = stopped(search.retuned.fit, static_cast<Index>(search.study.tolerances.size()));
+  std::vector<Hypothesis> more = extend(search.study, search.retuned,
+                                        {.shortlist = search.effort.fits,
+                                         .forms = 1,
+                                         .worth = 0,
+                                         .least = least,
+                                         .around = bent ? &search.delivered.fit : nullptr,
+                                         .tried = &singles});
+  std::move(more.begin(), more.end(), std::back_inserter(singles));
+  std::stable_sort(singles.begin(), singles.end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; });
+}
 
 std::vector<double> leading(const Vector& values, std::size_t count) {
   return {values.data(), values.data() + std::min<Index>(static_cast<Index>(count), values.size())};
@@ -73,6 +93,7 @@ Candidates find_singles(const Search& search, double colour, Changes& changes) {
   Candidates singles;
   const double least = search.effort.screened * search.thresholds.notice * colour;
   singles.fits = extend(search.study, search.retuned, {.shortlist = search.effort.fits, .least = least}, {}, &changes);
+  add_less_expected(search, least, singles.fits);
   finish(search.study, search.retuned.chi2, static_cast<std::size_t>(search.effort.finished), singles.fits);
   for (const Hypothesis& single : singles.fits) singles.evidence.push_back(evidence_of(search, single));
   return singles;
