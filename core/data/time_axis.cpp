@@ -61,14 +61,18 @@ bool are_single(ConstVectorRef t_s) {
 /// Distance of neighbouring float32 at the largest instant.
 double single_step(double largest) { return largest > 0 ? std::ldexp(1.0, std::ilogb(largest) - 23) : 0; }
 
-/// Step of the coarsest instant when written with these digits: its last decimal, or its last significant digit; or its
-/// last bit, too, if all are float32.
-double resolution(ConstVectorRef t_s) {
+/// Steps that the instants are rounded to.
+struct Resolution {
+  double decimal = 0;  ///< of the coarsest instant: its last decimal, or its last significant digit
+  double single = 0;   ///< last bit of the largest one, if all are float32; else 0
+};
+
+Resolution resolution(ConstVectorRef t_s) {
   const Digits digits = digits_of(t_s);
   const double largest = std::max(std::abs(t_s(0)), std::abs(t_s(t_s.size() - 1)));
   const int exponent = largest > 0 ? static_cast<int>(std::floor(std::log10(largest))) : -digits.decimals;
   const double decimal = std::pow(10.0, std::max(-digits.decimals, exponent + 1 - digits.significant));
-  return are_single(t_s) ? decimal + single_step(largest) : decimal;
+  return {decimal, are_single(t_s) ? single_step(largest) : 0};
 }
 
 /// First instant at which the offsets t_k - places_k period seen so far spread over more than `allowed`; -1 if none
@@ -137,7 +141,10 @@ class TimeAxis {
       return {*request_.sampling_hz, {}, 0};
     if (claimed > 0 && first_break(t_, whole_, claimed, allowed(claimed)) < 0) return {*request_.sampling_hz, {}, 0};
     const FittedLine line = fit_line(t_, whole_);
-    if (line.period > 0 && is_grid(whole_, line.period)) return at_rate(whole_, line, 0);
+    if (line.period > 0 && is_grid(whole_, line.period)) {
+      const auto lossy = with_hidden_losses(claimed, line.period);
+      return lossy ? *lossy : at_rate(whole_, line, 0);
+    }
     require_increase();
     if (is_scatter(line)) return at_rate(whole_, line, line.largest);
     if (const auto lossy = with_lost_samples(claimed)) return *lossy;
@@ -145,25 +152,34 @@ class TimeAxis {
   }
 
  private:
-  double step() {
-    if (step_ < 0) step_ = resolution(raw_) * request_.unit_s;  // as the file writes them
-    return step_;
+  const Resolution& steps() {
+    if (!steps_) {
+      steps_ = resolution(raw_);  // as the file writes them
+      steps_->decimal *= request_.unit_s;
+      steps_->single *= request_.unit_s;
+    }
+    return *steps_;
+  }
+
+  /// Spread of the offsets from a grid of this period that rounding explains: to float32, which are then written with
+  /// so many digits, or to digits alone.
+  double rounding(double period) {
+    const double single = steps().single > 0 ? explained(period, steps().single) : 0;
+    return single > 0 ? single + steps().decimal : explained(period, steps().decimal);
   }
 
   /// What doubles of this size add to the spread: half a last bit either side, of an instant and of the first one.
   double last_bits() const { return 2 * std::numeric_limits<double>::epsilon() * t_.cwiseAbs().maxCoeff(); }
 
   /// Spread of the offsets from a grid whose rate is known.
-  double allowed(double period) {
-    return std::max(kTolerance * period, (1 + 1e-9) * explained(period, step()) + last_bits());
-  }
+  double allowed(double period) { return std::max(kTolerance * period, (1 + 1e-9) * rounding(period) + last_bits()); }
 
   /// Is it a grid of this fitted period? Rounding tilts a fitted line too, by less than 3 / sqrt(N) steps in all.
   bool is_grid(ConstVectorRef places, double period) {
     if (first_break(t_, places, period, 2 * kTolerance * period) < 0) return true;
     const double tilt = 1 + 3 / std::sqrt(static_cast<double>(t_.size()));
-    return first_break(t_, places, period,
-                       std::max(2 * kTolerance * period, tilt * explained(period, step()) + last_bits())) < 0;
+    return first_break(t_, places, period, std::max(2 * kTolerance * period, tilt * rounding(period) + last_bits())) <
+           0;
   }
 
   bool is_scatter(const FittedLine& line) const {
@@ -183,7 +199,7 @@ class TimeAxis {
   TimeGrid at_rate(ConstVectorRef places, const FittedLine& line, double scatter) {
     TimeGrid grid{1 / line.period, {}, scatter};
     const double span = places(places.size() - 1) - places(0);
-    const double slack = scatter > 0 ? 4 * line.slope_error : explained(line.period, step()) / (span * line.period);
+    const double slack = scatter > 0 ? 4 * line.slope_error : rounding(line.period) / (span * line.period);
     if (request_.sampling_hz) {
       grid.sampling_hz = *request_.sampling_hz;
       if (std::abs(line.period * grid.sampling_hz - 1) > kTolerance + slack) refuse_rate(line.period);
@@ -238,20 +254,43 @@ class TimeAxis {
     return places;
   }
 
-  std::optional<TimeGrid> with_lost_samples(double claimed) {
-    const double typical = median_step(t_);
-    // Steps over one period, of which rounding makes some longer.
-    const double longest = std::max(1.5 * typical, typical + 1.5 * step());
+  /// Mean of the steps up to `longest`.
+  double mean_step(double longest) const {
     double sum = 0;
     Index count = 0;
     for (Index k = 1; k < t_.size(); ++k)
-      if (t_(k) - t_(k - 1) < longest) {
-        sum += t_(k) - t_(k - 1);
+      if (const double own = t_(k) - t_(k - 1); own < longest) {
+        sum += own;
         ++count;
       }
-    const double mean = sum / static_cast<double>(count);
-    const double period = claimed > 0 && std::abs(mean / claimed - 1) < 0.05 ? claimed : mean;
-    if (explained(period, step()) >= period) return {};  // a lost sample and rounding look the same
+    return sum / static_cast<double>(count);
+  }
+
+  std::optional<TimeGrid> with_lost_samples(double claimed) {
+    // Steps over one period are those about the usual one, of which rounding makes some longer.
+    const double typical = median_step(t_);
+    for (const double longest : {1.5 * typical, typical + 1.5 * steps().decimal}) {
+      const double mean = mean_step(longest);
+      const double period = claimed > 0 && std::abs(mean / claimed - 1) < 0.05 ? claimed : mean;
+      if (const auto grid = with_lost_samples_at(period, typical)) return grid;
+    }
+    return {};
+  }
+
+  /// Where instants are rounded to steps of half a period or more, a lost sample and a period that is slightly longer
+  /// look alike. The grid of whole steps with gaps is taken, which leaves nothing to explain; who knows better says so
+  /// by the rate.
+  std::optional<TimeGrid> with_hidden_losses(double claimed, double fitted) {
+    if (rounding(fitted) < 0.5 * fitted) return {};
+    const double typical = median_step(t_);
+    if (!(typical > 0)) return {};
+    const double period = claimed > 0 && std::abs(typical / claimed - 1) < 0.05 ? claimed : typical;
+    if (rounding(period) > 0) return {};
+    return with_lost_samples_at(period, typical);
+  }
+
+  std::optional<TimeGrid> with_lost_samples_at(double period, double typical) {
+    if (rounding(period) >= period) return {};  // a lost sample and rounding look the same
     const Vector places = places_with_gaps(period);
     const Index n = t_.size();
     if (places(n - 1) == static_cast<double>(n - 1)) return {};
@@ -303,7 +342,7 @@ class TimeAxis {
   Vector t_;
   const TimeRequest& request_;
   Vector whole_;
-  double step_ = -1;
+  std::optional<Resolution> steps_;
 };
 
 }  // namespace
