@@ -150,7 +150,8 @@ Vector in_seconds(ConstVectorRef t, double unit_s) {
 
 class TimeAxis {
  public:
-  TimeAxis(ConstVectorRef t, const TimeRequest& request)
+  /// Both live longer than this.
+  TimeAxis(const ConstVectorRef& t, const TimeRequest& request)
       : raw_(t), t_(in_seconds(t, request.unit_s)), request_(request), whole_(counted(t.size())) {}
 
   TimeGrid fit() {
