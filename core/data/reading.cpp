@@ -136,12 +136,12 @@ std::vector<std::string> known_names(const TextLayout& layout) {
     if (std::none_of(channels.begin(), channels.end(), [&](const Channel& own) { return own.name == other; }))
       free.push_back(other);
   const std::string nearest = nearest_name(name, free);
-  throw UserError(
-      fmt::format("{}: expected a column \"{}\", found only: {}{}; if another column holds it, say \"columns\": "
-                  "{{\"{}\": \"{}\"}}",
-                  source, name, join_names(known_names(layout)),
-                  nearest.empty() ? "" : fmt::format("; did you mean \"{}\" by \"{}\"?", name, nearest), channel,
-                  nearest.empty() ? "NAME" : nearest));
+  const std::string found =
+      fmt::format("{}: expected a column \"{}\", found only: {}", source, name, join_names(known_names(layout)));
+  if (nearest.empty())
+    throw UserError(fmt::format("{}; say \"columns\": {{\"{}\": \"NAME\"}} for the one that holds it", found, channel));
+  throw UserError(fmt::format("{}; did you mean \"{}\" by \"{}\"? Then say \"columns\": {{\"{}\": \"{}\"}}", found,
+                              name, nearest, channel, nearest));
 }
 
 [[noreturn]] void refuse_no_time(const std::string& source, const TextLayout& layout, const std::string& name) {

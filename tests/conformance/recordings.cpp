@@ -373,6 +373,38 @@ TEST_CASE("a record overrides the set, and all are brought to one rate where tha
   CHECK_THROWS_WITH(load(folder, same), Contains("$.records[1]") && Contains("found 1000 Hz"));
 }
 
+TEST_CASE("a record is cut to its longest stretch without lost samples, and no long gap is bridged") {
+  const test::Folder folder;
+  Random random(6, Stream::noise);
+  for (int i = 0; i < 10; ++i) {
+    const Index first = 20 + random.integer(60), second = 200 + random.integer(60), count = 11 + random.integer(20);
+    std::string text = "t,road,travel,acc\n";
+    for (Index k = 0; k < 300; ++k)
+      if (k != first && (k < second || k >= second + count))
+        text += fmt::format("{},{},{},{}\n", static_cast<double>(k) / 200, k, 2 * k, 3 * k);
+    write_file(folder / "a.csv", text);
+    Json json = {{"sampling_hz", 200}, {"records", {{{"file", "a.csv"}, {"role", "estimation"}, {"skip_initial", 7}}}}};
+    CHECK_THROWS_WITH(load(folder, json), Contains(fmt::format("line {}", first + 2)) && Contains("\"lost_samples\""));
+    json["lost_samples"] = "bridge";
+    CHECK_THROWS_WITH(load(folder, json), Contains(fmt::format("line {}", second + 1)) &&
+                                              Contains(fmt::format("found {}", count)) && Contains("\"cut\""));
+    json["lost_samples"] = "cut";
+    const Record record = load(folder, json).records[0];
+    REQUIRE(record.signal.samples() == second - first - 1);
+    CHECK(record.signal.u(0, 0) == static_cast<double>(first + 1));
+    CHECK(record.signal.skip == 7);
+    CHECK(record.first == first);
+    CHECK(record.file_end() == second - 1);
+    CHECK(record.place(0) == fmt::format("line {}", first + 2));
+    REQUIRE(record.reading.size() == 1);
+    CHECK_THAT(record.reading[0], Contains(fmt::format("[{}, {})", first, second - 1)));
+    // A range that leaves the gaps out needs nothing said.
+    json.erase("lost_samples");
+    json["records"][0]["range"] = {first, second - 1};
+    CHECK(load(folder, json).records[0].signal.y == record.signal.y);
+  }
+}
+
 TEST_CASE("files of other loggers are read right, or say what they need") {
   const fs::path folder = WHEELHOP_STRANGER;
   if (!fs::exists(folder / "file_preamble")) {

@@ -18,7 +18,7 @@ using Catch::StartsWith;
 
 namespace {
 
-std::string quoted(const std::filesystem::path& path) { return "'" + path.string() + "'"; }
+std::string shell_word(const std::filesystem::path& path) { return "'" + path.string() + "'"; }
 
 /// What a logger wrote: preamble, semicolons, decimal commas, units in a row, one sample in `lost` missing (-1: none).
 std::string logged(int samples, int lost) {
@@ -40,7 +40,7 @@ TEST_CASE("look tells layout, rate, units and lost samples, and its records.json
   for (const int lost : {-1, 120}) {
     write_file(folder / "logs" / "a.csv", logged(400, lost));
     const Said said =
-        run_program("look " + quoted(folder / "logs" / "a.csv") + " --out " + quoted(folder / "records.json"));
+        run_program("look " + shell_word(folder / "logs" / "a.csv") + " --out " + shell_word(folder / "records.json"));
     CAPTURE(said.out, said.err);
     REQUIRE(said.status == 0);
     CHECK(said.err.empty());
@@ -82,7 +82,8 @@ TEST_CASE("look on a generated set finds nothing to say but the rate, in text an
   write_records(folder.path(), set);
   for (const Record& record : set.records) {
     CAPTURE(record.file);
-    const Said said = run_program("look " + quoted(folder / record.file) + " --out " + quoted(folder / "look.json"));
+    const Said said =
+        run_program("look " + shell_word(folder / record.file) + " --out " + shell_word(folder / "look.json"));
     CAPTURE(said.out, said.err);
     REQUIRE(said.status == 0);
     const Json json = parse_json(read_file(folder / "look.json"), "look.json");
@@ -99,17 +100,17 @@ TEST_CASE("look says what it cannot find, and what it is told it believes") {
   std::string text;
   for (int k = 0; k < 60; ++k) text += fmt::format("{},{}\n", 10 + k, 100 - k * k);
   write_file(folder / "bare.csv", text);
-  const std::string file = quoted(folder / "bare.csv");
+  const std::string file = shell_word(folder / "bare.csv");
   const Said names = run_program("look " + file);
   CHECK(names.status == 2);
   CHECK(names.lines() == 1);
   CHECK_THAT(names.err, Contains("line 1") && Contains("\"format\": {\"header_row\": 0}"));
   const std::string layout = " --layout '{\"header_row\": 0}'";
-  const Said rate = run_program("look " + file + layout + " --out " + quoted(folder / "r.json"));
+  const Said rate = run_program("look " + file + layout + " --out " + shell_word(folder / "r.json"));
   CHECK(rate.status == 1);
   CHECK_THAT(rate.err, Contains("--rate HZ"));
   CHECK_FALSE(std::filesystem::exists(folder / "r.json"));
-  const Said said = run_program("look " + file + layout + " --rate 50 --out " + quoted(folder / "r.json"));
+  const Said said = run_program("look " + file + layout + " --rate 50 --out " + shell_word(folder / "r.json"));
   CAPTURE(said.out, said.err);
   REQUIRE(said.status == 0);
   const RecordSet set = load_records(folder / "r.json", {{"channel_1", "m"}}, {{"channel_2", "N"}});
@@ -139,8 +140,8 @@ TEST_CASE("what was done to a file to read it stands in the provenance of a resu
   write_file(folder / "records.json",
              R"({"sampling_hz": 100, "records": [{"file": "a.csv", "role": "estimation"}], "noise_std":
                 {"x": 1e-5, "v": 1e-4, "a": 1e-3}})");
-  const Said said = run_program("plan --quiet --plant " + quoted(folder / "plant.json") + " --records " +
-                                quoted(folder / "records.json") + " --out " + quoted(folder / "plan.json"));
+  const Said said = run_program("plan --quiet --plant " + shell_word(folder / "plant.json") + " --records " +
+                                shell_word(folder / "records.json") + " --out " + shell_word(folder / "plan.json"));
   CAPTURE(said.err);
   REQUIRE(said.status == 0);
   const Json reading = parse_json(read_file(folder / "plan.json"), "plan.json").at("provenance").at("reading");
