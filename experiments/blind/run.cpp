@@ -85,8 +85,8 @@ bool answer_case(const fs::path& folder, const fs::path& out, const std::vector<
   try {
     Plant plant = load_acting_plant(folder / "plant.json");
     RecordSet set = load_records(folder / "records.json", plant.input_channels(), plant.output_channels());
-    bridge_spikes(set);
     require_sound_records(set, folder / "records.json");
+    bridge_spikes(set);
     require_held_out(set, folder / "records.json");
     plant = with_drive_rate(std::move(plant), set);
     require_hold_rate(plant, set, folder / "records.json");

@@ -109,8 +109,8 @@ int run_diagnose(const DiagnoseRequest& request) {
   uses.check();
   Plant plant = load_acting_plant(request.plant);
   RecordSet set = load_records(request.records, plant.input_channels(), plant.output_channels());
-  bridge_spikes(set);
   require_sound_records(set, request.records);
+  bridge_spikes(set);
   require_held_out(set, request.records);
   plant = with_drive_rate(std::move(plant), set);
   require_hold_rate(plant, set, request.records);

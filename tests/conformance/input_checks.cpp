@@ -53,7 +53,7 @@ TEST_CASE("a displacement input without an element is refused by its place, in e
   CHECK_NOTHROW(require_acting_inputs(plant_from(one_mass_text), ""));  // a force acts on its mass
 }
 
-TEST_CASE("values are refused exactly where their squares leave the numbers, with channel and line") {
+TEST_CASE("values are refused exactly where their squares leave the numbers, with channel and place") {
   Random random(41, Stream::noise);
   for (int trial = 0; trial < 200; ++trial) {
     RecordSet set = random_set(random, 2);
@@ -72,7 +72,7 @@ TEST_CASE("values are refused exactly where their squares leave the numbers, wit
     else
       CHECK_THROWS_WITH(require_sound_records(set, "d/r.json"), Contains("d/r.json: $.records[1] (r1.csv)") &&
                                                                     Contains(row == 0 ? "\"x\"" : "\"y\"") &&
-                                                                    Contains(fmt::format("line {}", 7 + sample + 2)));
+                                                                    Contains(fmt::format("sample {})", 7 + sample)));
   }
 }
 

@@ -200,7 +200,7 @@ TEST_CASE("every mistake in records.json is named with its path") {
 
 TEST_CASE("what is wrong with the file of a record is told with the place that names it") {
   const Set set(record_text(100, 200));
-  write_file(set.folder / "bad.csv", "t,road,travel,acc\n0,1,2,x\n");
+  write_file(set.folder / "bad.csv", "t,road,travel,acc\n0,1,2,3\n0.005,1,2,x\n");
   write_file(set.folder / "slow.csv", record_text(100, 50));
   write_file(set.folder / "other.csv", "t,road\n0,1\n0.005,1\n");
   for (const char* name : {"bad.csv", "slow.csv", "other.csv", "absent.csv", "a.xlsx"})

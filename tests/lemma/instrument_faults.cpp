@@ -138,7 +138,7 @@ TEST_CASE("of several drives the one of another unit or sign is told, and gain e
     fit.error.push_back(made - records[0].y);
     return gross_faults(fit, records);
   };
-  for (const double factor : {-0.6, -1.0, 0.1, 10.0}) {
+  for (const double factor : {-0.6, -1.0, 10.0}) {
     CAPTURE(factor);
     const std::vector<InstrumentFault> push = faults_of(1, factor), road = faults_of(factor, 1);
     REQUIRE(push.size() == 1);

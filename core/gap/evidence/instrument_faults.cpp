@@ -203,8 +203,9 @@ double falls_behind(const PlantFit& fit, const std::vector<FitRecord>& records) 
 
 std::vector<InstrumentFault> gross_faults(const PlantFit& fit, const std::vector<FitRecord>& records) {
   const std::vector<Regression> channels = regressions(fit, records);
-  std::vector<InstrumentFault> faults = wrong_factors(fit.plant, channels);
-  if (faults.empty()) faults = wrong_drives(fit, records);
+  // Under several drives one channel may hang on a single drive, and its factor is that drive's.
+  std::vector<InstrumentFault> faults = wrong_drives(fit, records);
+  if (faults.empty()) faults = wrong_factors(fit.plant, channels);
   const bool scaled = !faults.empty();
   const bool drive = scaled && place_from(faults.front().location).kind == PlaceKind::actuator;
   for (std::size_t j = 0; j < channels.size(); ++j) {

@@ -15,8 +15,8 @@ namespace wheelhop {
 ///   gain_error  `reads` outside 1/2 ... 2 although the channel goes with the plant (|correlation| > 0.8): millimetres
 ///               for metres, g for m/s^2, a sensor upside down. Of the drive where two or more channels, and no other,
 ///               are off alike; of the sensors where all channels are accelerometers off by the factor of g
-///   gain_error  of one of several drives, where no sensor is off: the factors g of the drives that fit all channels
-///               best, min over g of sum_j |y_j - sum_i g_i y_ij|^2 / |y_j|^2 about the means, y_ij the reading of
+///   gain_error  of one of several drives, before sensors are looked at: the factors g of the drives that fit all
+///               channels best, min over g of sum_j |y_j - sum_i g_i y_ij|^2 / |y_j|^2 about the means, y_ij the reading of
 ///               channel j under drive i alone; where they explain 0.8^2 of all channels, those outside 1/2 ... 2
 ///               without which a twentieth would be left unexplained
 ///   bias        of an accelerometer: more than half of its squared error, and a quarter of the RMS of its motion.
