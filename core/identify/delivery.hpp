@@ -1,0 +1,71 @@
+/// \file
+/// The model that is delivered: of the linear model, the best pass and the refined model the one with the best free run
+/// on samples that none of them was fitted to, then fitted once more to all records.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/identify/linear_search.hpp"
+#include "core/identify/pipeline.hpp"
+
+namespace wheelhop {
+
+struct DeliveryOptions {
+  PipelineOptions pipeline;
+  std::optional<LinearSearchOptions> search;  ///< step 1 by search_linear(); none: by the piece that is given
+  bool choose_direct_term = false;            ///< also without Dt where the record asks for it
+  Index initial_state_samples = 0;            ///< of a record that is not fitted; 0: initial_state_span()
+};
+
+/// Channels as the models see them: (u - u_offset) ./ u_scale and y ./ y_scale, inputs late by `delay` samples.
+struct Channels {
+  Vector u_offset, u_scale, y_scale;
+  std::vector<Index> delay;
+};
+
+struct Candidate {
+  std::string name;  ///< "linear", "unrefined", "refined", the latter two also with " without direct term"
+  NonlinearModel model;
+  Vector x0;
+  bool stopped = false;   ///< its free run left the state guard
+  Vector held_out_nrmse;  ///< p, of the motion about the mean; infinity where it stopped
+};
+
+struct Delivery {
+  Status status = Status::failed;
+  std::string message;  ///< where there is no model, or how the refinement failed
+  Channels channels;
+  std::optional<LinearSearch> search;
+  PipelineResult pipeline;  ///< of the model that was delivered; its steps on the fitted part
+  std::vector<Candidate> candidates;
+  std::size_t chosen = 0;
+  std::string held_out;  ///< what the candidates were compared on
+  std::string reason;    ///< why this one
+  LinearModel linear;    ///< the linear candidate, fitted to all records as well
+  NonlinearModel model;
+  std::vector<Vector> x0;  ///< of every record at its sample longest(delay)
+};
+
+/// Samples from which the initial state of a record is estimated: three periods, or time constants, of the slowest
+/// mode, at least 100, at most a quarter of the record.
+Index initial_state_span(const LinearModel& model, Index samples);
+
+/// Steps:
+/// 1. Offsets larger than the motion are taken out of inputs and outputs, all channels are scaled to unit RMS.
+/// 2. The fitted part is the first three quarters of a single record, or the longest of several; the rest is held out.
+///    Where the fitted part is too short for the pieces, nothing is held out.
+/// 3. Linear model, passes and refinement on the fitted part (run_scaled_pipeline), without Dt as well where that is
+///    asked for and the refined model leaves more than a tenth of the linear model's error.
+/// 4. The candidate with the least mean log NRMSE on the held-out part, among those that are in no output worse than
+/// the
+///    linear model. So what is delivered is at least as good there as its linear part and as the unrefined pass.
+/// 5. Its refinement on all records at once, each with its own initial state; kept where it is no worse held out.
+///
+/// @param records of one set of channels, at least one   @param pieces subspace is not used where `search` is given
+/// Cost: that of the pipeline, once or twice, and one refinement on all records.
+Delivery deliver(const std::vector<Signal>& records, const DeliveryOptions& options, const Pieces& pieces,
+                 Random& random);
+
+}  // namespace wheelhop
