@@ -21,6 +21,11 @@ constexpr double kNotWorse = 1.02;
 /// Below this share of the linear model's error nothing is gained by another form of the direct term. Judgement.
 constexpr double kWellExplained = 0.1;
 
+/// Orders below are not tried again with the nonlinearity: a mass on a spring has two states.
+constexpr Index kLowestOrder = 2;
+/// Judgement: a lower order is taken where it is worse by no more than this in any output.
+constexpr double kSameOrder = 1.03;
+
 constexpr double kDiverged = std::numeric_limits<double>::infinity();
 
 struct Moments {
@@ -170,12 +175,17 @@ std::string percent(const Vector& nrmse) {
   return text + " %";
 }
 
+/// The linear model unless another one is better by more than kNotWorse and in no output worse.
 std::size_t choose(const std::vector<Candidate>& candidates) {
-  std::size_t chosen = 0;  // the linear model
+  std::size_t chosen = 0;
+  double least =
+      candidates.front().stopped ? kDiverged : mean_log(candidates.front().held_out_nrmse) - std::log(kNotWorse);
   for (std::size_t i = 1; i < candidates.size(); ++i) {
-    const Vector &own = candidates[i].held_out_nrmse, &linear = candidates.front().held_out_nrmse;
-    if (candidates[i].stopped || !as_good_everywhere(own, linear)) continue;
-    if (candidates[chosen].stopped || mean_log(own) < mean_log(candidates[chosen].held_out_nrmse)) chosen = i;
+    const Vector& own = candidates[i].held_out_nrmse;
+    if (candidates[i].stopped || !as_good_everywhere(own, candidates.front().held_out_nrmse)) continue;
+    if (!(mean_log(own) < least)) continue;
+    chosen = i;
+    least = mean_log(own);
   }
   return chosen;
 }
@@ -216,6 +226,96 @@ void fit_to_all(const std::vector<Signal>& records, const Comparison& comparison
   keep_states();
 }
 
+Split find_split(const std::vector<Signal>& records, const DeliveryOptions& options, const Pieces& pieces) {
+  const Signal& first = records.front();
+  return split(records,
+               options.search ? RecordNeeds{} : pieces.subspace.needs(first.input_count(), first.output_count()));
+}
+
+/// The pipeline's runs on the fitted part and the candidates they give.
+struct Trials {
+  const Signal fitted;
+  const Comparison& comparison;
+  const DeliveryOptions& options;
+  const Pieces& pieces;
+  Random& random;
+  std::vector<PipelineResult> runs = {};
+  std::vector<Candidate> candidates = {};
+  std::vector<std::size_t> run_of = {};  // of every candidate
+  std::size_t chosen = 0;
+
+  Trials(Signal part, const Comparison& compare, const DeliveryOptions& wanted, const Pieces& borrowed, Random& guesses)
+      : fitted(std::move(part)), comparison(compare), options(wanted), pieces(borrowed), random(guesses) {}
+
+  void add(std::string name, const NonlinearModel& model, const Vector& x0) {
+    Candidate candidate{std::move(name), model, x0, false, {}};
+    candidate.held_out_nrmse = comparison.score(candidate);
+    candidates.push_back(std::move(candidate));
+    run_of.push_back(runs.size() - 1);
+  }
+
+  /// One run of the pipeline. @param linear found before, or none: by the piece @return false without a linear model
+  bool run(const LinearEstimate* linear, bool direct_term, const std::string& suffix) {
+    PipelineOptions pipeline = options.pipeline;
+    pipeline.direct_term = direct_term;
+    std::optional<KnownPoles> known;
+    if (linear) {
+      pipeline.order = linear->order_used;
+      pipeline.linear_iterations = 0;  // it is refined already
+      known.emplace(*linear, options.search->block_rows);
+    }
+    const Pieces used{known ? static_cast<const SubspaceEstimator&>(*known) : pieces.subspace, pieces.inversion,
+                      pieces.make_map, pieces.solver, pieces.make_ridge};
+    runs.push_back(run_scaled_pipeline(fitted, pipeline, used, random));
+    const PipelineResult& found = runs.back();
+    if (found.linear.status != Status::ok) return false;
+    if (candidates.empty()) add("linear", without_map(found.linear.model), found.linear.x0);
+    const bool refined = found.refinement.solution.iterations > 0;
+    if (found.best >= 0) {
+      const Pass& best = found.passes[static_cast<std::size_t>(found.best)];
+      add("unrefined" + suffix, best.model, best.x0);
+    }
+    if (refined) add("refined" + suffix, found.model, found.x0);
+    return true;
+  }
+
+  double score(std::size_t i) const { return mean_log(candidates[i].held_out_nrmse); }
+
+  /// All runs that the options ask for. @return false without a linear model
+  bool run_all(const std::optional<LinearSearch>& search) {
+    const LinearEstimate* linear = search ? &search->estimate : nullptr;
+    bool direct_term = options.pipeline.direct_term;
+    if (!run(linear, direct_term, "")) return false;
+    chosen = choose(candidates);
+    if (options.pipeline.nonlinearities == 0) return true;
+    if (options.choose_direct_term && !(score(chosen) < score(0) + std::log(kWellExplained))) {
+      run(linear, !direct_term, direct_term ? " without direct term" : " with direct term");
+      const std::size_t now = choose(candidates);
+      if (run_of[now] != run_of[chosen]) direct_term = !direct_term;
+      chosen = now;
+    }
+    if (search && options.pipeline.order == 0 && candidates[chosen].model.map) lower_orders(*search, direct_term);
+    return true;
+  }
+
+  /// What looked like further modes may have been the nonlinearity: the smallest order that does as well with it.
+  void lower_orders(const LinearSearch& search, bool direct_term) {
+    const Candidate best = candidates[chosen];
+    for (const OrderTrial& trial : search.orders) {
+      if (trial.order() >= best.model.order()) return;
+      if (trial.order() < kLowestOrder) continue;
+      const std::size_t before = candidates.size();
+      run(&trial.estimate, direct_term, fmt::format(" of order {}", trial.order()));
+      for (std::size_t i = before; i < candidates.size(); ++i) {
+        const Candidate& own = candidates[i];
+        if (own.stopped || !(own.held_out_nrmse.array() <= kSameOrder * best.held_out_nrmse.array()).all()) continue;
+        chosen = i;
+        return;
+      }
+    }
+  }
+};
+
 }  // namespace
 
 Index initial_state_span(const LinearModel& model, Index samples) {
@@ -233,10 +333,7 @@ Delivery deliver(const std::vector<Signal>& records, const DeliveryOptions& opti
                  Random& random) {
   Delivery result;
   Scaled scaled = scale(records, result.channels);
-  const Index m = records.front().input_count(), p = records.front().output_count();
-  const RecordNeeds needs = options.search ? RecordNeeds{} : pieces.subspace.needs(m, p);
-  Split parts = split(scaled.records, needs);
-  std::optional<KnownPoles> known;
+  Split parts = find_split(scaled.records, options, pieces);
   if (options.search) {
     const Signal& record = scaled.records[parts.fitted];
     result.search = search_linear(record.u.leftCols(parts.samples), record.y.leftCols(parts.samples),
@@ -249,79 +346,32 @@ Delivery deliver(const std::vector<Signal>& records, const DeliveryOptions& opti
     result.channels.delay = result.search->delay;
     for (Signal& late : scaled.records) delay_inputs(late, result.channels.delay);
     parts.samples -= longest(result.channels.delay);
-    known.emplace(result.search->estimate, options.search->block_rows);
   }
-  const Signal fitted = first_part(scaled.records[parts.fitted], parts.samples);
   const Comparison comparison(scaled.records, parts, scaled.y_deviation, options.initial_state_samples);
   result.held_out = comparison.describe();
-  const auto add = [&](std::string name, const NonlinearModel& model, const Vector& x0) {
-    Candidate candidate{std::move(name), model, x0, false, {}};
-    candidate.held_out_nrmse = comparison.score(candidate);
-    result.candidates.push_back(std::move(candidate));
-  };
-  const Pieces used{known ? static_cast<const SubspaceEstimator&>(*known) : pieces.subspace, pieces.inversion,
-                    pieces.make_map, pieces.solver, pieces.make_ridge};
-  std::vector<PipelineResult> runs;
-  std::vector<std::size_t> run_of = {0};  // of every candidate
-  const auto run = [&](bool direct_term, const std::string& suffix) {
-    PipelineOptions pipeline = options.pipeline;
-    pipeline.direct_term = direct_term;
-    if (known) pipeline.linear_iterations = 0;
-    runs.push_back(run_scaled_pipeline(fitted, pipeline, used, random));
-    const PipelineResult& found = runs.back();
-    if (found.linear.status != Status::ok) return false;
-    if (runs.size() == 1) {
-      add("linear", without_map(found.linear.model), found.linear.x0);
-      if (pipeline.nonlinearities == 0 && pipeline.refine_iterations > 0) {
-        add("refined", found.model, found.x0);
-        run_of.push_back(0);
-      }
-    }
-    if (found.best >= 0) {
-      const Pass& best = found.passes[static_cast<std::size_t>(found.best)];
-      add("unrefined" + suffix, best.model, best.x0);
-      run_of.push_back(runs.size() - 1);
-      if (found.refinement.solution.iterations > 0) {
-        add("refined" + suffix, found.model, found.x0);
-        run_of.push_back(runs.size() - 1);
-      }
-    }
-    return true;
-  };
-  if (!run(options.pipeline.direct_term, "")) {
-    result.pipeline = std::move(runs.front());
+  Trials trials(first_part(scaled.records[parts.fitted], parts.samples), comparison, options, pieces, random);
+  if (!trials.run_all(result.search)) {
+    result.pipeline = std::move(trials.runs.front());
     result.status = result.pipeline.status;
     result.message = result.pipeline.message;
     return result;
   }
-  const auto gain = [&] {
-    return mean_log(result.candidates[choose(result.candidates)].held_out_nrmse) -
-           mean_log(result.candidates.front().held_out_nrmse);
-  };
-  if (options.choose_direct_term && options.pipeline.nonlinearities > 0 && !(gain() < std::log(kWellExplained)))
-    run(false, " without direct term");
-  result.chosen = choose(result.candidates);
+  result.candidates = std::move(trials.candidates);
+  result.chosen = trials.chosen;
+  result.pipeline = std::move(trials.runs[trials.run_of[result.chosen]]);
   const Candidate& chosen = result.candidates[result.chosen];
-  if (chosen.stopped) {
-    result.status = Status::outside_domain;
-    result.message = "the free run of every candidate diverges";
-  } else {
-    result.status = Status::ok;
-  }
+  result.status = chosen.stopped ? Status::outside_domain : Status::ok;
+  if (chosen.stopped) result.message = "the free run of every candidate diverges";
   result.reason = reason_for(result);
-  const auto fitted_record = static_cast<Index>(parts.fitted);
-  const Index iterations = options.pipeline.refine_iterations;
-  fit_to_all(scaled.records, comparison, fitted_record, iterations, pieces.solver, chosen, result.model, result.x0);
-  if (chosen.model.map) {
-    NonlinearModel linear;
-    std::vector<Vector> states;
-    fit_to_all(scaled.records, comparison, fitted_record, iterations, pieces.solver, result.candidates.front(), linear,
-               states);
-    result.linear = linear.linear;
-  } else {
-    result.linear = result.model.linear;
-  }
-  result.pipeline = std::move(runs[run_of[result.chosen]]);
+  const auto on_all = [&](const Candidate& candidate, NonlinearModel& model, std::vector<Vector>& x0) {
+    fit_to_all(scaled.records, comparison, static_cast<Index>(parts.fitted), options.pipeline.refine_iterations,
+               pieces.solver, candidate, model, x0);
+  };
+  on_all(chosen, result.model, result.x0);
+  NonlinearModel linear = result.model;
+  std::vector<Vector> states;
+  if (chosen.model.map) on_all(result.candidates.front(), linear, states);
+  result.linear = linear.linear;
   result.model.linear.y0 += scaled.y_offset;
   result.linear.y0 += scaled.y_offset;
   return result;

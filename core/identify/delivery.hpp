@@ -26,7 +26,7 @@ struct Channels {
 };
 
 struct Candidate {
-  std::string name;  ///< "linear", "unrefined", "refined", the latter two also with " without direct term"
+  std::string name;  ///< "linear", "unrefined", "refined", and what is particular about the run
   NonlinearModel model;
   Vector x0;
   bool stopped = false;   ///< its free run left the state guard
@@ -64,7 +64,7 @@ Index initial_state_span(const LinearModel& model, Index samples);
 /// 5. Its refinement on all records at once, each with its own initial state; kept where it is no worse held out.
 ///
 /// @param records of one set of channels, at least one   @param pieces subspace is not used where `search` is given
-/// Cost: that of the pipeline, once or twice, and one refinement on all records.
+/// Cost: that of the pipeline, once or twice and once for every lower order, and one refinement on all records.
 Delivery deliver(const std::vector<Signal>& records, const DeliveryOptions& options, const Pieces& pieces,
                  Random& random);
 

@@ -98,6 +98,18 @@ void improve(Fit& fit, ConstMatrixRef u, ConstMatrixRef y, const Solver& solver,
   }
 }
 
+LinearEstimate estimate_of(Fit fit, Index order_given) {
+  LinearEstimate estimate;
+  estimate.status = Status::ok;
+  estimate.order_given = order_given;
+  estimate.order_used = fit.model.order();
+  estimate.spectral_radius = spectral_radius(fit.model.A);
+  estimate.model = std::move(fit.model);
+  estimate.x0 = std::move(fit.x0);
+  estimate.factor = "block averages";
+  return estimate;
+}
+
 struct OrderSearch {
   std::vector<OrderTrial> trials;
   Index order = 0;
@@ -130,7 +142,7 @@ OrderSearch search_orders(ConstMatrixRef u, ConstMatrixRef y, Index order, const
     const double score = log_error(held_out);
     if (score < least - std::log(kOrderMargin) / 2) useful = n;
     least = std::min(least, score);
-    result.trials.push_back({n, fit->stride, held_out});
+    result.trials.push_back({fit->stride, held_out, estimate_of(*fit, order)});
     fits.push_back(std::move(*fit));
   }
   if (fits.empty()) return result;
@@ -139,7 +151,7 @@ OrderSearch search_orders(ConstMatrixRef u, ConstMatrixRef y, Index order, const
   });
   std::size_t chosen = 0;
   while (!(result.trials[chosen].held_out_error.array() <= kOrderMargin * best->held_out_error.array()).all()) ++chosen;
-  result.order = result.trials[chosen].order;
+  result.order = result.trials[chosen].order();
   result.score = log_error(result.trials[chosen].held_out_error);
   result.fit = std::move(fits[chosen]);
   return result;
@@ -215,18 +227,6 @@ std::vector<Index> find_delays(ConstMatrixRef u, ConstMatrixRef y, Index order, 
   if (near.delay.empty()) return found.delay;
   for (std::size_t i = 0; i < taken_out.size(); ++i) taken_out[i] += near.delay[i];
   return taken_out;
-}
-
-LinearEstimate estimate_of(Fit fit, Index order_given) {
-  LinearEstimate estimate;
-  estimate.status = Status::ok;
-  estimate.order_given = order_given;
-  estimate.order_used = fit.model.order();
-  estimate.spectral_radius = spectral_radius(fit.model.A);
-  estimate.model = std::move(fit.model);
-  estimate.x0 = std::move(fit.x0);
-  estimate.factor = "block averages";
-  return estimate;
 }
 
 }  // namespace

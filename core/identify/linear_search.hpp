@@ -28,9 +28,11 @@ struct LinearSearchOptions {
 
 /// One order that was tried.
 struct OrderTrial {
-  Index order = 0;
-  Index stride = 0;       ///< block length that the poles were found at, samples
-  Vector held_out_error;  ///< p, RMS of the free run's error on the held-out part, in the units of y
+  Index stride = 0;         ///< block length that the poles were found at, samples
+  Vector held_out_error;    ///< p, RMS of the free run's error on the held-out part, in the units of y
+  LinearEstimate estimate;  ///< of the fitted part, states of unit covariance
+
+  Index order() const { return estimate.order_used; }
 };
 
 struct LinearSearch {

@@ -166,7 +166,7 @@ Json search_json(const LinearSearch& search) {
   Json orders = Json::array();
   for (const OrderTrial& trial : search.orders)
     orders.push_back(
-        {{"order", trial.order},
+        {{"order", trial.order()},
          {"block_length", trial.stride},
          {"held_out_error", std::vector<double>(trial.held_out_error.begin(), trial.held_out_error.end())}});
   return {{"orders", orders}, {"delay_samples", search.delay}};

@@ -24,7 +24,7 @@ void print_linear(const LinearSearch& search, const std::vector<Channel>& inputs
   const LinearEstimate& linear = search.estimate;
   fmt::print("step 1  order {}; held-out error by order (mean of the outputs' logs, %):", linear.order_used);
   for (const OrderTrial& trial : search.orders)
-    fmt::print(" {}: {:.3g}", trial.order, 100 * std::exp(trial.held_out_error.array().log().mean()));
+    fmt::print(" {}: {:.3g}", trial.order(), 100 * std::exp(trial.held_out_error.array().log().mean()));
   fmt::print("\n");
   for (std::size_t i = 0; i < inputs.size(); ++i)
     if (search.delay[i] > 0) fmt::print("        {} acts {} samples late\n", inputs[i].name, search.delay[i]);
