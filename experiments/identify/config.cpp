@@ -147,8 +147,10 @@ void choose_by_evidence(const JsonCursor& cursor, IdentifyConfig& config) {
   const auto pipeline = cursor.find("pipeline");
   const auto given = [&](const char* field) { return pipeline && pipeline->has(field); };
   config.delivery.choose_direct_term = !given("direct_term");
-  // Eq. (17) needs q < p; without so many outputs f can only be taken to enter as the inputs do.
-  if (!given("direction") && config.delivery.pipeline.nonlinearities >= static_cast<Index>(config.outputs.size()))
+  // Eq. (17) needs q < p. With fewer outputs f can only be taken to enter as the inputs do.
+  const PipelineOptions& options = config.delivery.pipeline;
+  const bool too_few = options.nonlinearities >= static_cast<Index>(config.outputs.size());
+  if (!given("direction") && too_few && options.nonlinearities <= static_cast<Index>(config.inputs.size()))
     config.delivery.pipeline.direction = "input";
 }
 
