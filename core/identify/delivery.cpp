@@ -26,6 +26,11 @@ constexpr Index kLowestOrder = 2;
 /// Judgement: a lower order is taken where it is worse by no more than this in any output.
 constexpr double kSameOrder = 1.03;
 
+/// The held-out parts are compared in so many blocks, and a difference counts from so many standard errors on, as a
+/// one-sided test at 2 % would have it.
+constexpr Index kBlocks = 12;
+constexpr double kCertain = 2;
+
 constexpr double kDiverged = std::numeric_limits<double>::infinity();
 
 struct Moments {
@@ -95,75 +100,80 @@ Signal first_part(const Signal& record, Index samples) {
 
 /// What the candidates are fitted to and compared on.
 struct Split {
-  std::size_t fitted = 0;  // record
-  Index samples = 0;       // of it, from its start
-  bool rest_held_out = false, others_held_out = false;
+  std::size_t longest = 0;     // record that the pipeline runs on
+  std::vector<Index> samples;  // fitted ones of every record, from its start
+  bool held_out = false;       // the rest; else nothing is
 };
 
 Split split(const std::vector<Signal>& records, const RecordNeeds& needs) {
   Split result;
   for (std::size_t i = 1; i < records.size(); ++i)
-    if (records[i].samples() > records[result.fitted].samples()) result.fitted = i;
-  const Index whole = records[result.fitted].samples();
-  const auto part = static_cast<Index>(kFittedShare * static_cast<double>(whole));
-  result.others_held_out = records.size() > 1;
-  result.rest_held_out = !result.others_held_out && part >= needs.samples && part > records[result.fitted].skip;
-  result.samples = result.rest_held_out ? part : whole;
+    if (records[i].samples() > records[result.longest].samples()) result.longest = i;
+  const auto part_of = [](const Signal& record) {
+    return static_cast<Index>(kFittedShare * static_cast<double>(record.samples()));
+  };
+  const Signal& longest_record = records[result.longest];
+  result.held_out = part_of(longest_record) >= needs.samples;
+  for (const Signal& record : records) {
+    result.held_out = result.held_out && part_of(record) > record.skip;
+    result.samples.push_back(part_of(record));
+  }
+  if (!result.held_out)
+    for (std::size_t i = 0; i < records.size(); ++i) result.samples[i] = records[i].samples();
   return result;
 }
 
+double mean_log(const Vector& nrmse) { return nrmse.cwiseMax(1e-300).array().log().mean(); }
+
+/// The candidates' free runs on the held-out parts.
 class Comparison {
  public:
-  Comparison(const std::vector<Signal>& records, const Split& split, Vector deviation, Index initial_state_samples)
-      : records_(records), split_(split), deviation_(std::move(deviation)), span_(initial_state_samples) {}
+  Comparison(const std::vector<Signal>& records, const Split& split, Vector deviation)
+      : records_(records), split_(split), deviation_(std::move(deviation)) {
+    Index samples = 0;
+    for (std::size_t i = 0; i < records.size(); ++i) samples += records[i].samples() - from(i);
+    block_ = std::max<Index>(1, samples / kBlocks);
+  }
 
   std::string describe() const {
-    if (split_.others_held_out)
-      return fmt::format("{} other record(s) for estimation", static_cast<Index>(records_.size()) - 1);
-    if (split_.rest_held_out)
-      return fmt::format("samples [{}, {}) of the record for estimation", split_.samples, own().samples());
-    return "the record itself, which is too short to hold anything out";
+    return split_.held_out ? "the last quarter of every record for estimation"
+                           : "the records themselves, which are too short to hold anything out";
   }
 
-  /// NRMSE by output about the mean.
-  Vector score(Candidate& candidate) const {
+  /// Fills what is known of a candidate from its free runs.
+  void score(Candidate& candidate) const {
     const Index p = deviation_.size();
-    Vector squares = Vector::Zero(p);
-    double samples = 0;
-    const auto add = [&](const Signal& record, const Vector& x0, Index from) {
-      const FreeRun run = free_run(candidate.model, record.u, x0);
+    Vector squares = Vector::Zero(p), in_block = Vector::Zero(p);
+    Index samples = 0, block_samples = 0;
+    candidate.stopped = false;
+    candidate.block_logs.clear();
+    for (std::size_t i = 0; i < records_.size(); ++i) {
+      const FreeRun run = free_run(candidate.model, records_[i].u, candidate.x0[i]);
       candidate.stopped = candidate.stopped || run.status != Status::ok || !all_finite(run.y);
-      const Index kept = record.samples() - from;
-      squares += (record.y - run.y).rightCols(kept).rowwise().squaredNorm();
-      samples += static_cast<double>(kept);
-    };
-    // What is fitted must run as well.
-    add(own(), candidate.x0, split_.rest_held_out ? split_.samples : own().skip);
-    if (split_.others_held_out) {
-      squares.setZero();
-      samples = 0;
+      for (Index k = from(i); k < records_[i].samples(); ++k) {
+        const Vector error = (records_[i].y.col(k) - run.y.col(k)).cwiseQuotient(deviation_);
+        in_block += error.cwiseAbs2();
+        ++samples;
+        if (++block_samples < block_) continue;
+        candidate.block_logs.push_back(mean_log((in_block / static_cast<double>(block_)).cwiseSqrt()));
+        squares += in_block;
+        in_block.setZero();
+        block_samples = 0;
+      }
     }
-    for (std::size_t i = 0; i < records_.size(); ++i)
-      if (i != split_.fitted) add(records_[i], state_of(candidate.model, records_[i]), records_[i].skip);
-    if (candidate.stopped) return Vector::Constant(p, kDiverged);
-    return (squares / samples).cwiseSqrt().cwiseQuotient(deviation_);
-  }
-
-  Vector state_of(const NonlinearModel& model, const Signal& record) const {
-    const Index span = span_ > 0 ? span_ : initial_state_span(model.linear, record.samples());
-    return estimate_initial_state(model, record.u, record.y, span);
+    squares += in_block;
+    candidate.held_out_nrmse = candidate.stopped ? Vector::Constant(p, kDiverged)
+                                                 : Vector((squares / static_cast<double>(samples)).cwiseSqrt());
   }
 
  private:
-  const Signal& own() const { return records_[split_.fitted]; }
+  Index from(std::size_t i) const { return split_.held_out ? split_.samples[i] : records_[i].skip; }
 
   const std::vector<Signal>& records_;
-  Split split_;
+  const Split& split_;
   Vector deviation_;
-  Index span_;
+  Index block_;
 };
-
-double mean_log(const Vector& nrmse) { return nrmse.cwiseMax(1e-300).array().log().mean(); }
 
 bool as_good_everywhere(const Vector& nrmse, const Vector& reference) {
   return (nrmse.array() <= kNotWorse * reference.array()).all();
@@ -175,17 +185,30 @@ std::string percent(const Vector& nrmse) {
   return text + " %";
 }
 
-/// The linear model unless another one is better by more than kNotWorse and in no output worse.
+/// Whether a candidate's errors are below those of another by more than chance: the mean of the differences of their
+/// logs over the blocks by kCertain standard errors.
+bool certainly_better(const Candidate& candidate, const Candidate& than) {
+  const auto n = static_cast<Index>(std::min(candidate.block_logs.size(), than.block_logs.size()));
+  if (n < 2) return false;
+  const Vector difference =
+      Eigen::Map<const Vector>(candidate.block_logs.data(), n) - Eigen::Map<const Vector>(than.block_logs.data(), n);
+  const double mean = difference.mean();
+  const double variance = (difference.array() - mean).square().sum() / static_cast<double>(n - 1);
+  return mean + kCertain * std::sqrt(variance / static_cast<double>(n)) < 0;
+}
+
+/// The linear model unless another one is better by more than kNotWorse and by more than chance, and in no output
+/// worse.
 std::size_t choose(const std::vector<Candidate>& candidates) {
   std::size_t chosen = 0;
-  double least =
-      candidates.front().stopped ? kDiverged : mean_log(candidates.front().held_out_nrmse) - std::log(kNotWorse);
+  const Candidate& linear = candidates.front();
+  double least = linear.stopped ? kDiverged : mean_log(linear.held_out_nrmse) - std::log(kNotWorse);
   for (std::size_t i = 1; i < candidates.size(); ++i) {
-    const Vector& own = candidates[i].held_out_nrmse;
-    if (candidates[i].stopped || !as_good_everywhere(own, candidates.front().held_out_nrmse)) continue;
-    if (!(mean_log(own) < least)) continue;
+    const Candidate& own = candidates[i];
+    if (own.stopped || !as_good_everywhere(own.held_out_nrmse, linear.held_out_nrmse)) continue;
+    if (!(mean_log(own.held_out_nrmse) < least) || !(linear.stopped || certainly_better(own, linear))) continue;
     chosen = i;
-    least = mean_log(own);
+    least = mean_log(own.held_out_nrmse);
   }
   return chosen;
 }
@@ -202,28 +225,20 @@ std::string reason_for(const Delivery& result) {
   return text;
 }
 
-/// The chosen candidate on all records.
-void fit_to_all(const std::vector<Signal>& records, const Comparison& comparison, Index fitted, Index iterations,
-                const Solver& solver, const Candidate& from, NonlinearModel& model, std::vector<Vector>& x0) {
-  model = from.model;
+/// Refinement over the first `samples` of every record; false where it leads nowhere.
+bool refine_on(const std::vector<Signal>& records, const std::vector<Index>& samples, Index iterations,
+               const Solver& solver, NonlinearModel& model, std::vector<Vector>& x0) {
   std::vector<FittedRecord> fits;
   for (std::size_t i = 0; i < records.size(); ++i)
-    fits.push_back({records[i].u, records[i].y, records[i].skip,
-                    static_cast<Index>(i) == fitted ? from.x0 : comparison.state_of(model, records[i])});
-  const auto keep_states = [&] {
-    x0.clear();
-    for (const FittedRecord& fit : fits) x0.push_back(fit.x0);
-  };
-  keep_states();
-  if (iterations == 0) return;
+    fits.push_back({records[i].u.leftCols(samples[i]), records[i].y.leftCols(samples[i]), records[i].skip, x0[i]});
   const Vector weight_std = Vector::Ones(records.front().output_count());
-  const Refinement refined = refine(model, fits, weight_std, solver, iterations);
-  Candidate trial{from.name, refined.model, fits[static_cast<std::size_t>(fitted)].x0, false, {}};
-  if (!from.model.map && !(spectral_radius(refined.model.linear.A) < 1)) return;
-  trial.held_out_nrmse = comparison.score(trial);
-  if (trial.stopped || !as_good_everywhere(trial.held_out_nrmse, from.held_out_nrmse)) return;
-  model = refined.model;
-  keep_states();
+  Refinement refined = refine(model, fits, weight_std, solver, iterations);
+  const Status status = refined.solution.status;
+  if (status != Status::ok && status != Status::iteration_limit) return false;
+  if (!model.map && !(spectral_radius(refined.model.linear.A) < 1)) return false;
+  model = std::move(refined.model);
+  for (std::size_t i = 0; i < records.size(); ++i) x0[i] = fits[i].x0;
+  return true;
 }
 
 Split find_split(const std::vector<Signal>& records, const DeliveryOptions& options, const Pieces& pieces) {
@@ -235,6 +250,8 @@ Split find_split(const std::vector<Signal>& records, const DeliveryOptions& opti
 /// The pipeline's runs on the fitted part and the candidates they give.
 struct Trials {
   const Signal fitted;
+  const std::vector<Signal>& records;
+  const Split& split;
   const Comparison& comparison;
   const DeliveryOptions& options;
   const Pieces& pieces;
@@ -244,14 +261,33 @@ struct Trials {
   std::vector<std::size_t> run_of = {};  // of every candidate
   std::size_t chosen = 0;
 
-  Trials(Signal part, const Comparison& compare, const DeliveryOptions& wanted, const Pieces& borrowed, Random& guesses)
-      : fitted(std::move(part)), comparison(compare), options(wanted), pieces(borrowed), random(guesses) {}
+  Trials(const std::vector<Signal>& all, const Split& parts, const Comparison& compare, const DeliveryOptions& wanted,
+         const Pieces& borrowed, Random& guesses)
+      : fitted(first_part(all[parts.longest], parts.samples[parts.longest])),
+        records(all),
+        split(parts),
+        comparison(compare),
+        options(wanted),
+        pieces(borrowed),
+        random(guesses) {}
 
-  void add(std::string name, const NonlinearModel& model, const Vector& x0) {
-    Candidate candidate{std::move(name), model, x0, false, {}};
-    candidate.held_out_nrmse = comparison.score(candidate);
+  /// @param on_all fitted to the other records as well
+  void add(std::string name, const NonlinearModel& model, const Vector& x0, bool on_all) {
+    Candidate candidate{std::move(name), model, {}, false, {}, {}};
+    for (std::size_t i = 0; i < records.size(); ++i)
+      candidate.x0.push_back(i == split.longest ? x0 : state_of(model, i));
+    if (on_all && records.size() > 1)
+      refine_on(records, split.samples, options.pipeline.refine_iterations, pieces.solver, candidate.model,
+                candidate.x0);
+    comparison.score(candidate);
     candidates.push_back(std::move(candidate));
     run_of.push_back(runs.size() - 1);
+  }
+
+  Vector state_of(const NonlinearModel& model, std::size_t i) const {
+    const Index wanted = options.initial_state_samples;
+    const Index samples = wanted > 0 ? wanted : initial_state_span(model.linear, records[i].samples());
+    return estimate_initial_state(model, records[i].u, records[i].y, std::min(samples, split.samples[i]));
   }
 
   /// One run of the pipeline. @param linear found before, or none: by the piece @return false without a linear model
@@ -269,13 +305,13 @@ struct Trials {
     runs.push_back(run_scaled_pipeline(fitted, pipeline, used, random));
     const PipelineResult& found = runs.back();
     if (found.linear.status != Status::ok) return false;
-    if (candidates.empty()) add("linear", without_map(found.linear.model), found.linear.x0);
+    if (candidates.empty()) add("linear", without_map(found.linear.model), found.linear.x0, true);
     const bool refined = found.refinement.solution.iterations > 0;
     if (found.best >= 0) {
       const Pass& best = found.passes[static_cast<std::size_t>(found.best)];
-      add("unrefined" + suffix, best.model, best.x0);
+      add("unrefined" + suffix, best.model, best.x0, false);
     }
-    if (refined) add("refined" + suffix, found.model, found.x0);
+    if (refined) add("refined" + suffix, found.model, found.x0, true);
     return true;
   }
 
@@ -335,9 +371,10 @@ Delivery deliver(const std::vector<Signal>& records, const DeliveryOptions& opti
   Scaled scaled = scale(records, result.channels);
   Split parts = find_split(scaled.records, options, pieces);
   if (options.search) {
-    const Signal& record = scaled.records[parts.fitted];
-    result.search = search_linear(record.u.leftCols(parts.samples), record.y.leftCols(parts.samples),
-                                  options.pipeline.order, *options.search, pieces.solver);
+    const Index samples = parts.samples[parts.longest];
+    const Signal& record = scaled.records[parts.longest];
+    result.search = search_linear(record.u.leftCols(samples), record.y.leftCols(samples), options.pipeline.order,
+                                  *options.search, pieces.solver);
     if (result.search->estimate.status != Status::ok) {
       result.status = result.search->estimate.status;
       result.message = result.search->estimate.message;
@@ -345,11 +382,11 @@ Delivery deliver(const std::vector<Signal>& records, const DeliveryOptions& opti
     }
     result.channels.delay = result.search->delay;
     for (Signal& late : scaled.records) delay_inputs(late, result.channels.delay);
-    parts.samples -= longest(result.channels.delay);
+    for (Index& fitted : parts.samples) fitted -= longest(result.channels.delay);
   }
-  const Comparison comparison(scaled.records, parts, scaled.y_deviation, options.initial_state_samples);
+  const Comparison comparison(scaled.records, parts, scaled.y_deviation);
   result.held_out = comparison.describe();
-  Trials trials(first_part(scaled.records[parts.fitted], parts.samples), comparison, options, pieces, random);
+  Trials trials(scaled.records, parts, comparison, options, pieces, random);
   if (!trials.run_all(result.search)) {
     result.pipeline = std::move(trials.runs.front());
     result.status = result.pipeline.status;
@@ -363,15 +400,20 @@ Delivery deliver(const std::vector<Signal>& records, const DeliveryOptions& opti
   result.status = chosen.stopped ? Status::outside_domain : Status::ok;
   if (chosen.stopped) result.message = "the free run of every candidate diverges";
   result.reason = reason_for(result);
-  const auto on_all = [&](const Candidate& candidate, NonlinearModel& model, std::vector<Vector>& x0) {
-    fit_to_all(scaled.records, comparison, static_cast<Index>(parts.fitted), options.pipeline.refine_iterations,
-               pieces.solver, candidate, model, x0);
+  const auto on_all = [&](const Candidate& candidate) {
+    Candidate trial = candidate;
+    std::vector<Index> whole;
+    for (const Signal& record : scaled.records) whole.push_back(record.samples());
+    const Index iterations = options.pipeline.refine_iterations;
+    if (iterations == 0 || !refine_on(scaled.records, whole, iterations, pieces.solver, trial.model, trial.x0))
+      return candidate;
+    comparison.score(trial);
+    return trial.stopped || !as_good_everywhere(trial.held_out_nrmse, candidate.held_out_nrmse) ? candidate : trial;
   };
-  on_all(chosen, result.model, result.x0);
-  NonlinearModel linear = result.model;
-  std::vector<Vector> states;
-  if (chosen.model.map) on_all(result.candidates.front(), linear, states);
-  result.linear = linear.linear;
+  Candidate delivered = on_all(chosen);
+  result.model = std::move(delivered.model);
+  result.x0 = std::move(delivered.x0);
+  result.linear = chosen.model.map ? on_all(result.candidates.front()).model.linear : result.model.linear;
   result.model.linear.y0 += scaled.y_offset;
   result.linear.y0 += scaled.y_offset;
   return result;

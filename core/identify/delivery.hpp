@@ -28,9 +28,10 @@ struct Channels {
 struct Candidate {
   std::string name;  ///< "linear", "unrefined", "refined", and what is particular about the run
   NonlinearModel model;
-  Vector x0;
-  bool stopped = false;   ///< its free run left the state guard
-  Vector held_out_nrmse;  ///< p, of the motion about the mean; infinity where it stopped
+  std::vector<Vector> x0;          ///< of every record
+  bool stopped = false;            ///< its free run left the state guard on one of them
+  Vector held_out_nrmse;           ///< p, of the motion about the mean; infinity where it stopped
+  std::vector<double> block_logs;  ///< mean over the outputs of the log NRMSE, by block of the held-out parts
 };
 
 struct Delivery {
@@ -54,10 +55,12 @@ Index initial_state_span(const LinearModel& model, Index samples);
 
 /// Steps:
 /// 1. Offsets larger than the motion are taken out of inputs and outputs, all channels are scaled to unit RMS.
-/// 2. The fitted part is the first three quarters of a single record, or the longest of several; the rest is held out.
-///    Where the fitted part is too short for the pieces, nothing is held out.
-/// 3. Linear model, passes and refinement on the fitted part (run_scaled_pipeline), without Dt as well where that is
-///    asked for and the refined model leaves more than a tenth of the linear model's error.
+/// 2. The first three quarters of every record are fitted, the rest is held out. Where the longest record is too short
+///    for the pieces by then, nothing is held out.
+/// 3. Linear model, passes and refinement on the longest record's part (run_scaled_pipeline); the linear and the
+/// refined
+///    model then on all fitted parts at once, each with its own initial state. The same without Dt as well where that
+///    is asked for and the refined model leaves more than a tenth of the linear model's error.
 /// 4. The candidate with the least mean log NRMSE on the held-out part, among those that are in no output worse than
 /// the
 ///    linear model. So what is delivered is at least as good there as its linear part and as the unrefined pass.
