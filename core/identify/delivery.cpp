@@ -8,6 +8,7 @@
 
 #include "core/data/metrics.hpp"
 #include "core/identify/free_run_problem.hpp"
+#include "core/identify/residual_share.hpp"
 
 namespace wheelhop {
 namespace {
@@ -21,15 +22,25 @@ constexpr double kNotWorse = 1.02;
 /// Below this share of the linear model's error nothing is gained by another form of the direct term. Judgement.
 constexpr double kWellExplained = 0.1;
 
+/// A residual of which less than this share follows from its past and the inputs is noise. Judgement: the error of such
+/// a model is within six in a hundred of the noise.
+constexpr double kNoise = 0.1;
 /// Orders below are not tried again with the nonlinearity: a mass on a spring has two states.
 constexpr Index kLowestOrder = 2;
-/// Judgement: a lower order is taken where it is worse by no more than this in any output.
-constexpr double kSameOrder = 1.03;
+/// Judgement: a lower order is taken where it is worse by no more than this in any output, the latter where the better
+/// one leaves more than noise: further modes then stand for part of what neither model has.
+constexpr double kSameOrder = 1.03, kSameOrderBeyondNoise = 1.2;
 
 /// The held-out parts are compared in so many blocks, and a difference counts from so many standard errors on, as a
 /// one-sided test at 2 % would have it.
 constexpr Index kBlocks = 12;
 constexpr double kCertain = 2;
+
+/// Higher orders in a row that bring less than kSameOrder end their search. Judgement: one pair of poles and one more.
+constexpr Index kIdleOrders = 3;
+/// Validation records often drive a plant somewhat harder than those for estimation. Judgement: a model should hold a
+/// drive larger by this, and may for that be worse by kRobustMap.
+constexpr double kLargerDrive = 1.5, kRobustMap = 1.25;
 
 constexpr double kDiverged = std::numeric_limits<double>::infinity();
 
@@ -147,9 +158,13 @@ class Comparison {
     Index samples = 0, block_samples = 0;
     candidate.stopped = false;
     candidate.block_logs.clear();
+    Vector share = Vector::Zero(p);
     for (std::size_t i = 0; i < records_.size(); ++i) {
       const FreeRun run = free_run(candidate.model, records_[i].u, candidate.x0[i]);
       candidate.stopped = candidate.stopped || run.status != Status::ok || !all_finite(run.y);
+      const Index held_out = records_[i].samples() - from(i);
+      share += static_cast<double>(held_out) *
+               residual_share((records_[i].y - run.y).rightCols(held_out), records_[i].u.rightCols(held_out));
       for (Index k = from(i); k < records_[i].samples(); ++k) {
         const Vector error = (records_[i].y.col(k) - run.y.col(k)).cwiseQuotient(deviation_);
         in_block += error.cwiseAbs2();
@@ -162,6 +177,7 @@ class Comparison {
       }
     }
     squares += in_block;
+    candidate.unexplained = candidate.stopped ? Vector::Ones(p) : Vector(share / static_cast<double>(samples));
     candidate.held_out_nrmse = candidate.stopped ? Vector::Constant(p, kDiverged)
                                                  : Vector((squares / static_cast<double>(samples)).cwiseSqrt());
   }
@@ -241,6 +257,20 @@ bool refine_on(const std::vector<Signal>& records, const std::vector<Index>& sam
   return true;
 }
 
+/// residual_share() over whole records, but for what no score counts.
+Vector unexplained_by(const NonlinearModel& model, const std::vector<Vector>& x0, const std::vector<Signal>& records) {
+  Vector sum = Vector::Zero(records.front().output_count());
+  double samples = 0;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Signal& record = records[i];
+    const Index kept = record.samples() - record.skip;
+    const FreeRun run = free_run(model, record.u, x0[i]);
+    sum += static_cast<double>(kept) * residual_share((record.y - run.y).rightCols(kept), record.u.rightCols(kept));
+    samples += static_cast<double>(kept);
+  }
+  return sum / samples;
+}
+
 Split find_split(const std::vector<Signal>& records, const DeliveryOptions& options, const Pieces& pieces) {
   const Signal& first = records.front();
   return split(records,
@@ -273,7 +303,7 @@ struct Trials {
 
   /// @param on_all fitted to the other records as well
   void add(std::string name, const NonlinearModel& model, const Vector& x0, bool on_all) {
-    Candidate candidate{std::move(name), model, {}, false, {}, {}};
+    Candidate candidate{std::move(name), model, {}, false, {}, {}, {}};
     for (std::size_t i = 0; i < records.size(); ++i)
       candidate.x0.push_back(i == split.longest ? x0 : state_of(model, i));
     if (on_all && records.size() > 1)
@@ -291,9 +321,7 @@ struct Trials {
   }
 
   /// One run of the pipeline. @param linear found before, or none: by the piece @return false without a linear model
-  bool run(const LinearEstimate* linear, bool direct_term, const std::string& suffix) {
-    PipelineOptions pipeline = options.pipeline;
-    pipeline.direct_term = direct_term;
+  bool run(const LinearEstimate* linear, PipelineOptions pipeline, const std::string& suffix) {
     std::optional<KnownPoles> known;
     if (linear) {
       pipeline.order = linear->order_used;
@@ -317,34 +345,99 @@ struct Trials {
 
   double score(std::size_t i) const { return mean_log(candidates[i].held_out_nrmse); }
 
+  bool leaves_noise(std::size_t i) const { return candidates[i].unexplained.maxCoeff() < kNoise; }
+
   /// All runs that the options ask for. @return false without a linear model
   bool run_all(const std::optional<LinearSearch>& search) {
     const LinearEstimate* linear = search ? &search->estimate : nullptr;
-    bool direct_term = options.pipeline.direct_term;
-    if (!run(linear, direct_term, "")) return false;
+    PipelineOptions pipeline = options.pipeline;
+    if (!run(linear, pipeline, "")) return false;
     chosen = choose(candidates);
     if (options.pipeline.nonlinearities == 0) return true;
-    if (options.choose_direct_term && !(score(chosen) < score(0) + std::log(kWellExplained))) {
-      run(linear, !direct_term, direct_term ? " without direct term" : " with direct term");
+    const bool well_explained = score(chosen) < score(0) + std::log(kWellExplained);
+    if (options.choose_direct_term && !well_explained && !leaves_noise(chosen)) {
+      PipelineOptions other = pipeline;
+      other.direct_term = !pipeline.direct_term;
+      run(linear, other, other.direct_term ? " with direct term" : " without direct term");
       const std::size_t now = choose(candidates);
-      if (run_of[now] != run_of[chosen]) direct_term = !direct_term;
+      if (run_of[now] != run_of[chosen]) pipeline = other;
       chosen = now;
     }
-    if (search && options.pipeline.order == 0 && candidates[chosen].model.map) lower_orders(*search, direct_term);
+    if (search && options.pipeline.order == 0) {
+      if (!leaves_noise(chosen)) other_orders(*search, pipeline);
+      if (candidates[chosen].model.map) lower_orders(*search, pipeline);
+    }
+    if (candidates[chosen].model.map && stops_on_larger_drive(candidates[chosen])) other_map(search, pipeline);
     return true;
   }
 
-  /// What looked like further modes may have been the nonlinearity: the smallest order that does as well with it.
-  void lower_orders(const LinearSearch& search, bool direct_term) {
+  /// The linear model's order was chosen where a nonlinearity hides modes: higher ones as long as they bring something,
+  /// and lower ones where no nonlinearity is found with those.
+  void other_orders(const LinearSearch& search, const PipelineOptions& pipeline) {
+    const Index n = search.estimate.order_used;
+    const auto helps = [&](const OrderTrial& trial) {
+      const double before = score(chosen);
+      run(&trial.estimate, pipeline, fmt::format(" of order {}", trial.order()));
+      chosen = choose(candidates);
+      return score(chosen) < before - std::log(kSameOrder);
+    };
+    Index idle = 0;
+    for (const OrderTrial& trial : search.orders)
+      if (trial.order() > n && idle < kIdleOrders && !leaves_noise(chosen)) idle = helps(trial) ? 0 : idle + 1;
+    for (auto trial = search.orders.rbegin(); trial != search.orders.rend(); ++trial)
+      if (trial->order() < n && trial->order() >= kLowestOrder && !candidates[chosen].model.map) helps(*trial);
+  }
+
+  /// Whether its free runs leave the state guard on the records' drives at kLargerDrive times their size.
+  bool stops_on_larger_drive(const Candidate& candidate) const {
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      const FreeRun larger = free_run(candidate.model, kLargerDrive * records[i].u, candidate.x0[i]);
+      if (larger.status != Status::ok) return true;
+    }
+    return false;
+  }
+
+  /// A polynomial of high degree may run away outside the records where the map that it took the place of does not:
+  /// that one, if it is nearly as good.
+  void other_map(const std::optional<LinearSearch>& search, PipelineOptions pipeline) {
+    if (!pieces.make_ridge || pipeline.ridge_degree < 3) return;
+    pipeline.ridge_degree = 0;
+    const LinearEstimate* linear = nullptr;
+    if (search) {
+      linear = &search->estimate;
+      for (const OrderTrial& trial : search->orders)
+        if (trial.order() == candidates[chosen].model.order() && trial.order() != linear->order_used)
+          linear = &trial.estimate;
+    }
+    const std::size_t before = candidates.size();
+    run(linear, pipeline, " with the map as given");
+    for (std::size_t i = before; i < candidates.size(); ++i) {
+      const Candidate& own = candidates[i];
+      if (own.stopped || stops_on_larger_drive(own) || !(score(i) < score(chosen) + std::log(kRobustMap))) continue;
+      chosen = i;
+    }
+  }
+
+  /// The first candidate with a nonlinearity of that order; their number where there is none.
+  std::size_t first_of_order(Index order) const {
+    std::size_t i = 1;
+    while (i < candidates.size() && candidates[i].model.order() != order) ++i;
+    return i;
+  }
+
+  /// What looked like further modes may have been the nonlinearity: the lowest order that does as well with it.
+  void lower_orders(const LinearSearch& search, const PipelineOptions& pipeline) {
     const Candidate best = candidates[chosen];
+    const double margin = leaves_noise(chosen) ? kSameOrder : kSameOrderBeyondNoise;
     for (const OrderTrial& trial : search.orders) {
       if (trial.order() >= best.model.order()) return;
       if (trial.order() < kLowestOrder) continue;
-      const std::size_t before = candidates.size();
-      run(&trial.estimate, direct_term, fmt::format(" of order {}", trial.order()));
+      const std::size_t before = first_of_order(trial.order());
+      if (before == candidates.size()) run(&trial.estimate, pipeline, fmt::format(" of order {}", trial.order()));
       for (std::size_t i = before; i < candidates.size(); ++i) {
         const Candidate& own = candidates[i];
-        if (own.stopped || !(own.held_out_nrmse.array() <= kSameOrder * best.held_out_nrmse.array()).all()) continue;
+        if (own.model.order() != trial.order()) break;
+        if (own.stopped || !(own.held_out_nrmse.array() <= margin * best.held_out_nrmse.array()).all()) continue;
         chosen = i;
         return;
       }
@@ -414,6 +507,7 @@ Delivery deliver(const std::vector<Signal>& records, const DeliveryOptions& opti
   result.model = std::move(delivered.model);
   result.x0 = std::move(delivered.x0);
   result.linear = chosen.model.map ? on_all(result.candidates.front()).model.linear : result.model.linear;
+  result.unexplained = unexplained_by(result.model, result.x0, scaled.records);
   result.model.linear.y0 += scaled.y_offset;
   result.linear.y0 += scaled.y_offset;
   return result;

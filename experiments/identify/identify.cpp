@@ -1,6 +1,7 @@
 #include "experiments/identify/identify.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -39,6 +40,10 @@ double radius_at_rest(const NonlinearModel& model) {
 }
 
 namespace {
+
+/// Share of a residual's square from which on it is told that it is no noise: the free-run error is then 1.1 times a
+/// white noise or more.
+constexpr double kNoNoise = 0.2;
 
 /// Initial state of the i-th record that was fitted. With delays the fit begins where all inputs are known, and the
 /// state before is estimated anew.
@@ -80,12 +85,20 @@ ModelFile make_file(const IdentifyConfig& config, const Delivery& result) {
                                static_cast<double>(run.stopped_at) * record.sample_time_s);
     return file;
   }
+  std::vector<std::string> notes;
   if (const double radius = radius_at_rest(file.model); !(radius < 1))
-    file.message = fmt::format(
+    notes.push_back(fmt::format(
         "the model is unstable at rest: largest pole modulus {:.6f}. With a constant input it leaves its rest position "
         "for a motion that its nonlinearity bounds; its free runs on the records hold, those on drives much smaller "
         "than in training may not",
-        radius);
+        radius));
+  for (std::size_t i = 0; i < file.outputs.size(); ++i)
+    if (const double share = result.unexplained(static_cast<Index>(i)); share > kNoNoise)
+      notes.push_back(fmt::format(
+          "what the model leaves of \"{}\" is not white noise: {:.0f} % of its square follows from its past and the "
+          "inputs. The model is incomplete there, or the sensor's noise is coloured",
+          file.outputs[i].name, 100 * share));
+  file.message = fmt::format("{}", fmt::join(notes, "; "));
   return file;
 }
 
@@ -183,6 +196,7 @@ Json candidates_json(const Delivery& delivery) {
   return {{"compared_on", delivery.held_out},
           {"candidates", list},
           {"chosen", delivery.candidates[delivery.chosen].name},
+          {"unexplained_share", std::vector<double>(delivery.unexplained.begin(), delivery.unexplained.end())},
           {"reason", delivery.reason}};
 }
 
