@@ -16,4 +16,7 @@ wheelhop_tests(identify wheelhop_variants
   lemma/map_families.cpp
   lemma/solver_budget.cpp
   lemma/pipeline.cpp
+  lemma/linear_search.cpp
+  lemma/delivery.cpp
+  lemma/excitation.cpp
   conformance/pieces.cpp)

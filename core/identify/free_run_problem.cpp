@@ -112,21 +112,108 @@ class FreeRunProblem final : public ResidualProblem {
   Index skip_;
 };
 
-}  // namespace
+/// The problems of several records with one model: theta as of the first, then the initial states of the others.
+class RecordsProblem final : public ResidualProblem {
+ public:
+  RecordsProblem(const NonlinearModel& model, const std::vector<FittedRecord>& records, ConstVectorRef weight_std)
+      : at_(layout_of(model)) {
+    for (const FittedRecord& record : records)
+      parts_.push_back(std::make_unique<FreeRunProblem>(model, record.u, record.y, weight_std, record.skip));
+  }
 
-std::unique_ptr<ResidualProblem> free_run_problem(const NonlinearModel& model, ConstMatrixRef u, ConstMatrixRef y,
-                                                  ConstVectorRef weight_std, Index skip) {
-  return std::make_unique<FreeRunProblem>(model, u, y, weight_std, skip);
+  Vector start(const NonlinearModel& model, const std::vector<FittedRecord>& records) const {
+    Vector theta(parameters());
+    theta.head(at_.size()) = pack(model, records.front().x0);
+    for (std::size_t i = 1; i < records.size(); ++i) theta.segment(state_at(i), at_.n) = records[i].x0;
+    return theta;
+  }
+
+  /// Parameters of record i alone.
+  Vector of_record(ConstVectorRef theta, std::size_t i) const {
+    Vector own = theta.head(at_.size());
+    own.segment(at_.x0(), at_.n) = theta.segment(state_at(i), at_.n);
+    return own;
+  }
+
+  Index parameters() const override { return state_at(parts_.size()); }
+  Index residuals() const override {
+    Index count = 0;
+    for (const auto& part : parts_) count += part->residuals();
+    return count;
+  }
+  Box box() const override {
+    const Box own = parts_.front()->box();
+    if (own.lower.size() == 0) return {};
+    const double infinity = std::numeric_limits<double>::infinity();
+    Box box{Vector::Constant(parameters(), -infinity), Vector::Constant(parameters(), infinity)};
+    box.lower.head(own.lower.size()) = own.lower;
+    box.upper.head(own.upper.size()) = own.upper;
+    return box;
+  }
+
+  bool residual(ConstVectorRef theta, VectorRef r) const override {
+    Index at = 0;
+    for (std::size_t i = 0; i < parts_.size(); at += parts_[i]->residuals(), ++i)
+      if (!parts_[i]->residual(of_record(theta, i), r.segment(at, parts_[i]->residuals()))) return false;
+    return true;
+  }
+
+  bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
+    J.setZero();
+    Index at = 0;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      const Index count = parts_[i]->residuals();
+      Matrix own(count, at_.size());
+      if (!parts_[i]->jacobian(of_record(theta, i), r.segment(at, count), own)) return false;
+      for (Index j = 0; j < at_.size(); ++j) J.col(place(j, i)).segment(at, count) = own.col(j);
+      at += count;
+    }
+    return true;
+  }
+
+  bool normal_equations(ConstVectorRef theta, double& cost, Vector& gradient, Matrix& gauss_newton) const override {
+    cost = 0;
+    gradient.setZero(parameters());
+    gauss_newton.setZero(parameters(), parameters());
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      double own_cost = 0;
+      Vector own_gradient;
+      Matrix own;
+      if (!parts_[i]->normal_equations(of_record(theta, i), own_cost, own_gradient, own)) return false;
+      cost += own_cost;
+      for (Index j = 0; j < at_.size(); ++j) {
+        gradient(place(j, i)) += own_gradient(j);
+        for (Index l = 0; l <= j; ++l) {
+          const Index row = place(j, i), column = place(l, i);
+          gauss_newton(std::max(row, column), std::min(row, column)) += own(j, l);
+        }
+      }
+    }
+    return std::isfinite(cost);
+  }
+
+ private:
+  Index state_at(std::size_t i) const { return i == 0 ? at_.x0() : at_.size() + (static_cast<Index>(i) - 1) * at_.n; }
+  /// Where parameter j of record i stands.
+  Index place(Index j, std::size_t i) const {
+    return j >= at_.x0() && j < at_.x0() + at_.n ? state_at(i) + j - at_.x0() : j;
+  }
+
+  ParameterLayout at_;
+  std::vector<std::unique_ptr<FreeRunProblem>> parts_;
+};
+
+Vector map_precision(const NonlinearModel& model, Index parameters) {
+  Vector precision = Vector::Zero(parameters);
+  if (model.map) precision.segment(layout_of(model).theta(), model.map->parameters()) = model.map->precision();
+  return precision;
 }
 
-Refinement refine(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y,
-                  ConstVectorRef weight_std, Index skip, const Solver& solver, const Budget& budget) {
-  const FreeRunProblem problem(model, u, y, weight_std, skip);
-  Vector precision = Vector::Zero(problem.parameters());
-  if (model.map) precision.segment(layout_of(model).theta(), model.map->parameters()) = model.map->precision();
-  Refinement result{{}, model, x0};
-  Solution& solution = result.solution;
-  solution.theta = pack(model, x0);
+/// One solver call a stage under the prior of the map.
+Solution minimise_in_stages(const ResidualProblem& problem, const Vector& precision, Vector start, const Solver& solver,
+                            const Budget& budget) {
+  Solution solution;
+  solution.theta = std::move(start);
   // A prior weighs against the residual's variance, which falls: while it halves, the stages are short.
   double variance = residual_variance(problem, solution.theta);
   bool halved = true, more = true;
@@ -148,20 +235,52 @@ Refinement refine(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef
            solution.evaluations.total() < budget.evaluations && (halved || variance < 0.5 * before);
     halved = variance < 0.5 * before;
   }
+  return solution;
+}
+
+}  // namespace
+
+std::unique_ptr<ResidualProblem> free_run_problem(const NonlinearModel& model, ConstMatrixRef u, ConstMatrixRef y,
+                                                  ConstVectorRef weight_std, Index skip) {
+  return std::make_unique<FreeRunProblem>(model, u, y, weight_std, skip);
+}
+
+Refinement refine(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y,
+                  ConstVectorRef weight_std, Index skip, const Solver& solver, const Budget& budget) {
+  const FreeRunProblem problem(model, u, y, weight_std, skip);
+  Refinement result{
+      minimise_in_stages(problem, map_precision(model, problem.parameters()), pack(model, x0), solver, budget), model,
+      x0};
+  const Solution& solution = result.solution;
   if (solution.status != Status::outside_domain) unpack(solution.theta, result.model, result.x0);
   return result;
 }
 
-Vector estimate_initial_state(const NonlinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples) {
-  samples = std::min(samples, u.cols());
-  Vector x0 = estimate_initial_state(model.linear, u, y, samples);
+Refinement refine(const NonlinearModel& model, std::vector<FittedRecord>& records, ConstVectorRef weight_std,
+                  const Solver& solver, const Budget& budget) {
+  const RecordsProblem problem(model, records, weight_std);
+  Refinement result{minimise_in_stages(problem, map_precision(model, problem.parameters()),
+                                       problem.start(model, records), solver, budget),
+                    model, records.front().x0};
+  if (result.solution.status == Status::outside_domain) return result;
+  for (std::size_t i = 0; i < records.size(); ++i)
+    unpack(problem.of_record(result.solution.theta, i), result.model, records[i].x0);
+  result.x0 = records.front().x0;
+  return result;
+}
+
+Vector estimate_initial_state(const NonlinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples,
+                              Index skip) {
+  skip = std::min(skip, u.cols() - 1);
+  const Index end = std::min(skip + samples, u.cols());
+  Vector x0 = estimate_initial_state(model.linear, u, y, samples, skip);
   if (!model.map) return x0;
   const ParameterLayout at = layout_of(model);
   const SensitivityRow row(at);
   const Index p = y.rows(), n = at.n;
   const auto cost_at = [&](const Vector& x) {
-    const FreeRun run = free_run(model, u.leftCols(samples), x);
-    const double cost = (run.y - y.leftCols(samples)).squaredNorm();
+    const FreeRun run = free_run(model, u.leftCols(end), x);
+    const double cost = (run.y.rightCols(end - skip) - y.middleCols(skip, end - skip)).squaredNorm();
     return run.status == Status::ok && std::isfinite(cost) ? cost : std::numeric_limits<double>::infinity();
   };
   double cost = cost_at(x0), damping = 1e-3;
@@ -173,11 +292,13 @@ Vector estimate_initial_state(const NonlinearModel& model, ConstMatrixRef u, Con
     Matrix H = Matrix::Zero(n, n);
     Vector g = Vector::Zero(n);
     if (!free_run_sensitivities(
-            model, u.leftCols(samples), x0, [&](Index first, Index count, const std::vector<Matrix>& rows) {
+            model, u.leftCols(end), x0, [&](Index first, Index samples_seen, const std::vector<Matrix>& rows) {
+              const Index drop = std::max<Index>(skip - first, 0), count = samples_seen - drop;
+              if (count <= 0) return;
               for (Index i = 0; i < p; ++i) {
-                const auto own = rows[static_cast<std::size_t>(i)].leftCols(count);
+                const auto own = rows[static_cast<std::size_t>(i)].middleCols(drop, count);
                 const auto slopes = own.middleRows(at.x0(), n);
-                g.noalias() += slopes * (own.row(row.output) - y.row(i).segment(first, count)).transpose();
+                g.noalias() += slopes * (own.row(row.output) - y.row(i).segment(first + drop, count)).transpose();
                 H.noalias() += slopes * slopes.transpose();
               }
             }))

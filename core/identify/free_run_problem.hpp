@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "core/model/sensitivities.hpp"
 #include "core/optimise/solver.hpp"
@@ -26,7 +27,21 @@ struct Refinement {
 Refinement refine(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y,
                   ConstVectorRef weight_std, Index skip, const Solver& solver, const Budget& budget);
 
-/// Initial state of another record for a fixed model: linear start, then Gauss-Newton on the first `samples` samples.
-Vector estimate_initial_state(const NonlinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples);
+/// Inputs, outputs and initial state of one of several records; the first `skip` samples do not count.
+struct FittedRecord {
+  Matrix u, y;  ///< m x N, p x N
+  Index skip = 0;
+  Vector x0;  ///< n
+};
+
+/// The same over several records at once, each with an initial state of its own: that of record i becomes
+/// records[i].x0 where the refinement ends inside the domain. Refinement::x0 is the first one.
+Refinement refine(const NonlinearModel& model, std::vector<FittedRecord>& records, ConstVectorRef weight_std,
+                  const Solver& solver, const Budget& budget);
+
+/// Initial state of another record for a fixed model: linear start, then Gauss-Newton on the `samples` samples after
+/// the first `skip`.
+Vector estimate_initial_state(const NonlinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples,
+                              Index skip = 0);
 
 }  // namespace wheelhop

@@ -124,17 +124,17 @@ void estimate_start(ConstMatrixRef u, ConstMatrixRef y, LinearModel& model, Vect
   model.y0 = start.tail(p);
 }
 
-Vector estimate_initial_state(const LinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples) {
-  samples = std::min(samples, u.cols());
+Vector estimate_initial_state(const LinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples, Index skip) {
+  const Index end = std::min(skip + samples, u.cols());
   const Index n = model.order(), p = model.output_count();
-  const Matrix residual = y.leftCols(samples) - simulate(model, u.leftCols(samples), Vector::Zero(n)).y;
-  Matrix observability(p * samples, n);
+  const Matrix residual = y.leftCols(end) - simulate(model, u.leftCols(end), Vector::Zero(n)).y;
+  Matrix observability(p * (end - skip), n);
   Matrix row = model.C;
-  for (Index k = 0; k < samples; ++k) {
-    observability.middleRows(k * p, p) = row;
+  for (Index k = 0; k < end; ++k) {
+    if (k >= skip) observability.middleRows(p * (k - skip), p) = row;
     row = row * model.A;
   }
-  return least_squares(observability, residual.reshaped(), 1e-10).x.col(0);
+  return least_squares(observability, residual.rightCols(end - skip).reshaped(), 1e-10).x.col(0);
 }
 
 }  // namespace wheelhop

@@ -26,7 +26,8 @@ InputMatrices estimate_input_matrices(ConstMatrixRef A, ConstMatrixRef C, ConstM
 /// Cost O(N p (n + p)^2).
 void estimate_start(ConstMatrixRef u, ConstMatrixRef y, LinearModel& model, Vector& x0);
 
-/// Initial state alone, for a known linear model: least squares on the first `samples` samples.
-Vector estimate_initial_state(const LinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples);
+/// Initial state alone, for a known linear model: least squares on the `samples` samples after the first `skip`.
+Vector estimate_initial_state(const LinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples,
+                              Index skip = 0);
 
 }  // namespace wheelhop

@@ -302,6 +302,16 @@ void refine_in_rounds(const Run& run, PipelineResult& result) {
   if (usable(last.solution)) keep(last);
 }
 
+/// The refinement of a model without a map.
+void refine_linear(const Run& run, PipelineResult& result) {
+  Refinement refined = refine(result.model, result.x0, run.u, run.y, Vector::Ones(run.y.rows()), run.skip,
+                              run.pieces.solver, run.options.refine_iterations);
+  result.refinement.solution = std::move(refined.solution);
+  if (!usable(result.refinement.solution) || !(spectral_radius(refined.model.linear.A) < 1)) return;
+  result.model = std::move(refined.model);
+  result.x0 = std::move(refined.x0);
+}
+
 }  // namespace
 
 PipelineResult run_passes(const Signal& scaled, const PipelineOptions& options, const Pieces& pieces, Random& random) {
@@ -309,6 +319,12 @@ PipelineResult run_passes(const Signal& scaled, const PipelineOptions& options, 
   PipelineResult result;
   Extended system = identify_linear(run, result);
   if (result.linear.status != Status::ok) return result;
+  if (options.nonlinearities == 0) {
+    result.status = Status::ok;
+    result.model = without_map(system.linear);
+    result.x0 = system.x0;
+    return result;
+  }
   find_direction(run, system, result);
   if (result.direction.status != Status::ok) return result;
   for (Index number = 0; number < options.passes; ++number) {
@@ -325,15 +341,26 @@ PipelineResult run_passes(const Signal& scaled, const PipelineOptions& options, 
   return result;
 }
 
+PipelineResult run_scaled_pipeline(const Signal& scaled, const PipelineOptions& options, const Pieces& pieces,
+                                   Random& random) {
+  PipelineResult result = run_passes(scaled, options, pieces, random);
+  if (result.status == Status::ok && options.refine_iterations > 0) {
+    const Run run{scaled.u, scaled.y, scaled.sample_time_s, scaled.skip, options, pieces, random};
+    if (options.nonlinearities == 0)
+      refine_linear(run, result);
+    else
+      refine_in_rounds(run, result);
+  }
+  return result;
+}
+
 PipelineResult run_pipeline(const Signal& data, const PipelineOptions& options, const Pieces& pieces, Random& random) {
   Scaling scaling{rms(data.u), rms(data.y)};
   Signal scaled = data;
   scaled.u = scaling.u.cwiseInverse().asDiagonal() * data.u;
   scaled.y = scaling.y.cwiseInverse().asDiagonal() * data.y;
-  PipelineResult result = run_passes(scaled, options, pieces, random);
+  PipelineResult result = run_scaled_pipeline(scaled, options, pieces, random);
   result.scaling = std::move(scaling);
-  if (result.status == Status::ok && options.refine_iterations > 0)
-    refine_in_rounds({scaled.u, scaled.y, data.sample_time_s, data.skip, options, pieces, random}, result);
   return result;
 }
 

@@ -37,7 +37,8 @@ struct PipelineOptions {
     visit("order", order, Range{0, 100}, "-", "n; 0: read from the singular values");
     visit("linear_iterations", linear_iterations, Range{0, 10000}, "-",
           "cap on a refinement of the linear model of step 1 by its own simulation error (output error); 0: none");
-    visit("nonlinearities", nonlinearities, Range{1, 20}, "-", "q, number of auxiliary inputs f");
+    visit("nonlinearities", nonlinearities, Range{0, 20}, "-",
+          "q, number of auxiliary inputs f; 0: the linear model alone");
     visit("direct_term", direct_term,
           "let f act on the outputs of the same sample (Dt), as accelerations need; false: eq. (5) as printed");
     visit("direction", direction, Choices{{"trackability", "input"}},
@@ -109,7 +110,7 @@ struct PipelineResult {
   Solution output_error;     ///< of PipelineOptions::linear_iterations; step 1 stands as it was unless it is usable
   Direction direction;       ///< step 2
   std::vector<Pass> passes;  ///< steps 3 to 5
-  Index best = -1;           ///< index of the best pass
+  Index best = -1;           ///< index of the best pass; -1 of a linear model
   NonlinearModel model;      ///< of the best pass, refined if asked
   Vector x0;
   Refinements refinement;
@@ -117,6 +118,10 @@ struct PipelineResult {
 
 /// @param data training record   @param random supplies the initial guesses
 PipelineResult run_pipeline(const Signal& data, const PipelineOptions& options, const Pieces& pieces, Random& random);
+
+/// The same on a record that is scaled already; scaling is left empty.
+PipelineResult run_scaled_pipeline(const Signal& scaled, const PipelineOptions& options, const Pieces& pieces,
+                                   Random& random);
 
 /// Steps 1 to 5 alone, model = best pass, on a record that is scaled already.
 PipelineResult run_passes(const Signal& scaled, const PipelineOptions& options, const Pieces& pieces, Random& random);

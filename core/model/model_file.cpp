@@ -27,6 +27,15 @@ Json channels_json(const std::vector<Channel>& channels, const Vector& scale, co
   return out;
 }
 
+Json inputs_json(const ModelFile& file) {
+  Json out = channels_json(file.inputs, file.u_scale, file.envelope.u);
+  for (std::size_t i = 0; i < file.inputs.size(); ++i) {
+    out[i]["offset"] = file.u_offset.size() > 0 ? file.u_offset(static_cast<Index>(i)) : 0.0;
+    out[i]["delay_samples"] = file.delay.empty() ? 0 : file.delay[i];
+  }
+  return out;
+}
+
 /// @param rows -1: any number
 Vector read_vector(const JsonCursor& cursor, Index rows) {
   const std::vector<double> values = cursor.numbers();
@@ -47,7 +56,10 @@ Extremes read_extremes(const JsonCursor& cursor, Index rows) {
   return e;
 }
 
-void read_channels(const JsonCursor& cursor, std::vector<Channel>& channels, Vector& scale, Extremes& range) {
+/// @param rest reads what else a channel has
+template <class Rest>
+void read_channels(const JsonCursor& cursor, std::vector<Channel>& channels, Vector& scale, Extremes& range,
+                   const Rest& rest) {
   const std::vector<JsonCursor> items = cursor.items();
   if (items.empty()) cursor.fail("at least one channel");
   const auto count = static_cast<Index>(items.size());
@@ -61,6 +73,7 @@ void read_channels(const JsonCursor& cursor, std::vector<Channel>& channels, Vec
     if (ends(1) < ends(0)) item.at("training_range").fail("[lowest, highest]");
     range.low(i) = ends(0);
     range.high(i) = ends(1);
+    rest(item);
     item.done();
   }
 }
@@ -89,7 +102,7 @@ Json to_json(const ModelFile& file) {
           {"status", std::string(to_string(file.status))},
           {"message", file.message},
           {"sampling_hz", file.sampling_hz},
-          {"inputs", channels_json(file.inputs, file.u_scale, file.envelope.u)},
+          {"inputs", inputs_json(file)},
           {"outputs", channels_json(file.outputs, file.y_scale, file.envelope.y)},
           {"order", file.model.order()},
           {"nonlinearities", file.model.auxiliary_count()},
@@ -125,8 +138,14 @@ ModelFile parse_model(const JsonCursor& cursor, const RestoreMap& restore) {
     throw UserError(fmt::format("{}: expected a model, found an identification that ended without one: {}: {}",
                                 cursor.where(), to_string(file.status), file.message));
   file.sampling_hz = cursor.at("sampling_hz").number({.low = std::numeric_limits<double>::min()});
-  read_channels(cursor.at("inputs"), file.inputs, file.u_scale, file.envelope.u);
-  read_channels(cursor.at("outputs"), file.outputs, file.y_scale, file.envelope.y);
+  std::vector<double> offsets;
+  // Files without offsets and delays have none.
+  read_channels(cursor.at("inputs"), file.inputs, file.u_scale, file.envelope.u, [&](const JsonCursor& item) {
+    offsets.push_back(item.number("offset", 0.0));
+    file.delay.push_back(item.integer("delay_samples", 0, 0, 1000000));
+  });
+  file.u_offset = Eigen::Map<const Vector>(offsets.data(), static_cast<Index>(offsets.size()));
+  read_channels(cursor.at("outputs"), file.outputs, file.y_scale, file.envelope.y, [](const JsonCursor&) {});
   const auto m = static_cast<Index>(file.inputs.size()), p = static_cast<Index>(file.outputs.size());
   const Index n = cursor.at("order").integer(1, 1000), q = cursor.at("nonlinearities").integer(0, 1000);
   LinearModel& linear = file.model.linear;
@@ -153,8 +172,27 @@ ModelFile load_model(const std::filesystem::path& file, const RestoreMap& restor
   return parse_model(JsonCursor::load(file), restore);
 }
 
+Matrix acting_inputs(const ModelFile& file, ConstMatrixRef u) {
+  Matrix acting = u;
+  if (file.u_offset.size() > 0) acting.colwise() -= file.u_offset;
+  acting = file.u_scale.cwiseInverse().asDiagonal() * acting;
+  for (std::size_t i = 0; i < file.delay.size(); ++i) {
+    const Index late = std::min(file.delay[i], u.cols() - 1);
+    if (late <= 0) continue;
+    auto row = acting.row(static_cast<Index>(i));
+    const Matrix on_time = row;
+    row.rightCols(u.cols() - late) = on_time.leftCols(u.cols() - late);
+    row.leftCols(late).setConstant(on_time(0, 0));
+  }
+  return acting;
+}
+
+Index longest_delay(const ModelFile& file) {
+  return file.delay.empty() ? 0 : *std::max_element(file.delay.begin(), file.delay.end());
+}
+
 FreeRun free_run(const ModelFile& file, ConstMatrixRef u, ConstVectorRef x0) {
-  FreeRun run = free_run(file.model, file.u_scale.cwiseInverse().asDiagonal() * u, x0);
+  FreeRun run = free_run(file.model, acting_inputs(file, u), x0);
   run.y = file.y_scale.asDiagonal() * run.y;
   return run;
 }

@@ -31,7 +31,9 @@ struct ModelFile {
   std::string message;
   std::vector<Channel> inputs, outputs;
   double sampling_hz = 0;
-  Vector u_scale, y_scale;  ///< m and p; the model sees u ./ u_scale and y ./ y_scale
+  Vector u_scale, y_scale;        ///< m and p; the model sees (u - u_offset) ./ u_scale and y ./ y_scale
+  Vector u_offset = {};           ///< m, units of the inputs; empty: none
+  std::vector<Index> delay = {};  ///< m, samples by which each input acts late; empty: none
   NonlinearModel model;
   Vector x0;  ///< n, initial state of the training record
   Envelope envelope;
@@ -51,6 +53,12 @@ Json without_model(const ModelFile& file);
 /// not fit the channels, a scale that is not positive, every mistake in the map, and a file without a model.
 ModelFile parse_model(const JsonCursor& cursor, const RestoreMap& restore);
 ModelFile load_model(const std::filesystem::path& file, const RestoreMap& restore);
+
+/// The inputs as the model sees them. An input that acts late is held at its first value before the record.
+/// @param u m x N, physical units
+Matrix acting_inputs(const ModelFile& file, ConstMatrixRef u);
+/// Samples at the start of a record that depend on inputs from before it.
+Index longest_delay(const ModelFile& file);
 
 /// Free run in physical units. @param u m x N inputs   @param x0 n; y is p x N in the units of the outputs
 FreeRun free_run(const ModelFile& file, ConstMatrixRef u, ConstVectorRef x0);

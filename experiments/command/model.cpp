@@ -62,11 +62,19 @@ void add_identify(CLI::App& app, Run& run) {
   command.add_option("--out", request.out, "model file to write")->required();
   add_quiet(command, request.quiet);
   command.footer(
-      "CONFIG names the channels, everything else has a default (see wheelhop list):\n"
+      "CONFIG names the channels, everything else has a default that fits itself to the record (see wheelhop list):\n"
       "  {\"inputs\": [{\"name\": \"road\", \"unit\": \"m\"}],\n"
       "   \"outputs\": [{\"name\": \"travel\", \"unit\": \"m\"}, {\"name\": \"body_acc\", \"unit\": \"m/s^2\"}],\n"
       "   \"nonlinearity\": {\"name\": \"mlp\", \"hidden_units\": 5}, \"pipeline\": {\"passes\": 3}}\n"
       "or takes them from a plant: {\"plant\": \"plant.json\"}.\n"
+      "All records of role estimation are fitted, or the one that \"record\" names. Delays, time scales and order are\n"
+      "found, within \"linear\": {\"max_order\": 20, \"max_delay\": 20}; \"order\": 4 fixes the order, and a piece "
+      "under\n"
+      "\"subspace\" takes the place of this search. The linear model, the best pass and the refined model are compared "
+      "on\n"
+      "the last quarter of every record, and the best is delivered: scores.delivered in the model file says which and "
+      "why.\n"
+      "\"pipeline\": {\"nonlinearities\": 0} asks for the linear model alone.\n"
       "Example:\n  wheelhop identify experiments/configs/identify_quarter_car.json --records "
       "out/quarter_car/records.json --out out/model.json");
 }

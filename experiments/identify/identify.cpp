@@ -1,7 +1,9 @@
 #include "experiments/identify/identify.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -15,8 +17,10 @@
 namespace wheelhop {
 
 Vector initial_state(const ModelFile& model, const Signal& record, Index samples) {
-  return estimate_initial_state(model.model, Matrix(model.u_scale.cwiseInverse().asDiagonal() * record.u),
-                                Matrix(model.y_scale.cwiseInverse().asDiagonal() * record.y), samples);
+  if (samples == 0) samples = initial_state_span(model.model.linear, record.samples());
+  return estimate_initial_state(model.model, acting_inputs(model, record.u),
+                                Matrix(model.y_scale.cwiseInverse().asDiagonal() * record.y), samples,
+                                longest_delay(model));
 }
 
 double radius_at_rest(const NonlinearModel& model) {
@@ -37,58 +41,106 @@ double radius_at_rest(const NonlinearModel& model) {
 
 namespace {
 
-ModelFile make_file(const IdentifyConfig& config, const PipelineResult& result) {
+/// Share of a residual's square from which on it is told that it is no noise: the free-run error is then 1.1 times a
+/// white noise or more.
+constexpr double kNoNoise = 0.2;
+
+/// Initial state of the i-th record that was fitted. With delays the fit begins where all inputs are known, and the
+/// state before is estimated anew.
+Vector trained_state(const ModelFile& file, const Delivery& result, const Signal& record, std::size_t i) {
+  return longest_delay(file) == 0 ? result.x0[i] : initial_state(file, record, record.samples());
+}
+
+Extremes together(const Extremes& a, const Extremes& b) { return {a.low.cwiseMin(b.low), a.high.cwiseMax(b.high)}; }
+
+Envelope together(const Envelope& a, const Envelope& b) {
+  return {together(a.u, b.u), together(a.y, b.y), together(a.f, b.f)};
+}
+
+ModelFile make_file(const IdentifyConfig& config, const Delivery& result) {
   ModelFile file;
   file.status = result.status;
   file.message = result.message;
   file.inputs = config.inputs;
   file.outputs = config.outputs;
   file.sampling_hz = config.set.sampling_hz;
-  file.u_scale = result.scaling.u;
-  file.y_scale = result.scaling.y;
+  file.u_scale = result.channels.u_scale;
+  file.u_offset = result.channels.u_offset;
+  file.delay = result.channels.delay;
+  file.y_scale = result.channels.y_scale;
   file.model = result.model;
-  file.x0 = result.x0;
   file.config = config.effective;
   file.provenance = provenance(config.set);
   if (result.status != Status::ok) return file;
-  const Signal& training = config.training();
-  const FreeRun run = free_run(file, training.u, file.x0);
-  file.envelope = {extremes_of(training.u), extremes_of(training.y), extremes_of(run.f)};
-  if (const double radius = radius_at_rest(file.model); !(radius < 1)) {
-    file.status = Status::unstable;
-    file.message = fmt::format("the model is unstable at rest: largest pole modulus {:.6f}", radius);
-  } else if (run.status != Status::ok) {
+  const std::vector<Signal> training = config.training();
+  file.x0 = trained_state(file, result, training.front(), 0);
+  for (std::size_t i = 0; i < training.size(); ++i) {
+    const Signal& record = training[i];
+    const FreeRun run = free_run(file, record.u, i == 0 ? file.x0 : trained_state(file, result, record, i));
+    const Envelope own{extremes_of(record.u), extremes_of(record.y), extremes_of(run.f)};
+    file.envelope = i == 0 ? own : together(file.envelope, own);
+    if (run.status == Status::ok) continue;
     file.status = run.status;
     file.message = fmt::format("the free run on the training record diverged at {:g} s",
-                               static_cast<double>(run.stopped_at) * training.sample_time_s);
+                               static_cast<double>(run.stopped_at) * record.sample_time_s);
+    return file;
   }
+  std::vector<std::string> notes;
+  if (const double radius = radius_at_rest(file.model); !(radius < 1))
+    notes.push_back(fmt::format(
+        "the model is unstable at rest: largest pole modulus {:.6f}. With a constant input it leaves its rest position "
+        "for a motion that its nonlinearity bounds; its free runs on the records hold, those on drives much smaller "
+        "than in training may not",
+        radius));
+  for (std::size_t i = 0; i < file.outputs.size(); ++i)
+    if (const double share = result.unexplained(static_cast<Index>(i)); share > kNoNoise)
+      notes.push_back(fmt::format(
+          "what the model leaves of \"{}\" is not white noise: {:.0f} % of its square follows from its past and the "
+          "inputs. The model is incomplete there, or the sensor's noise is coloured",
+          file.outputs[i].name, 100 * share));
+  file.message = fmt::format("{}", fmt::join(notes, "; "));
   return file;
 }
 
-RecordScore score_record(const IdentifyConfig& config, const PipelineResult& result, const ModelFile& model,
+/// The same channels with the linear model alone.
+ModelFile linear_file(const ModelFile& file, const LinearModel& linear) {
+  ModelFile result = file;
+  result.model = without_map(linear);
+  return result;
+}
+
+RecordScore score_record(const IdentifyConfig& config, const Delivery& result, const ModelFile& model,
                          std::size_t index) {
   const Record& record = config.set.records[index];
   const Signal& signal = record.signal;
+  const Index skip = std::max(signal.skip, std::min(longest_delay(model), signal.samples() - 1));
   RecordScore score;
   score.file = record.file;
   score.role = record.role;
   score.first = record.first;
   score.samples = signal.samples();
-  score.linear_vaf = run_and_score(without_map(result.linear.model), result.scaling, signal, signal.y,
-                                   config.options.initial_state_samples)
-                         .vaf;
-  const bool trained = static_cast<Index>(index) == config.record_index;
-  const FreeRun run = free_run(model, signal.u,
-                               trained ? model.x0 : initial_state(model, signal, config.options.initial_state_samples));
+  const ModelFile linear = linear_file(model, result.linear);
+  const FreeRun linear_run =
+      free_run(linear, signal.u, initial_state(linear, signal, config.options.initial_state_samples));
+  score.linear_vaf = vaf_percent(signal.y, linear_run.y, skip);
+  const bool trained = config.trains_on(index);
+  Vector x0;
+  if (trained) {
+    const auto place = std::find(config.trained.begin(), config.trained.end(), static_cast<Index>(index));
+    x0 = trained_state(model, result, signal, static_cast<std::size_t>(place - config.trained.begin()));
+  } else {
+    x0 = initial_state(model, signal, config.options.initial_state_samples);
+  }
+  const FreeRun run = free_run(model, signal.u, x0);
   score.status = run.status;
   if (run.status != Status::ok) {
     score.message =
         fmt::format("the free run diverged at {:g} s", static_cast<double>(run.stopped_at) * signal.sample_time_s);
     return score;
   }
-  score.vaf = vaf_percent(signal.y, run.y, signal.skip);
-  score.rmse = rmse(signal.y, run.y, signal.skip);
-  score.nrmse = nrmse(signal.y, run.y, signal.skip);
+  score.vaf = vaf_percent(signal.y, run.y, skip);
+  score.rmse = rmse(signal.y, run.y, skip);
+  score.nrmse = nrmse(signal.y, run.y, skip);
   if (trained) return score;
   score.beyond = beyond_envelope(model, signal.u, run.y, run.f);
   for (Index k = 0; k < run.y.cols(); ++k)
@@ -123,7 +175,33 @@ Json score_json(const IdentifyConfig& config, const RecordScore& score, bool tra
   return out;
 }
 
-Json scores_json(const IdentifyConfig& config, const PipelineResult& result, const std::vector<RecordScore>& scores) {
+Json search_json(const LinearSearch& search) {
+  Json orders = Json::array();
+  for (const OrderTrial& trial : search.orders)
+    orders.push_back(
+        {{"order", trial.order()},
+         {"block_length", trial.stride},
+         {"held_out_error", std::vector<double>(trial.held_out_error.begin(), trial.held_out_error.end())}});
+  return {{"orders", orders}, {"delay_samples", search.delay}};
+}
+
+Json candidates_json(const Delivery& delivery) {
+  Json list = Json::array();
+  for (const Candidate& candidate : delivery.candidates)
+    list.push_back({{"name", candidate.name},
+                    {"diverged", candidate.stopped},
+                    {"held_out_nrmse", candidate.stopped ? Json()
+                                                         : Json(std::vector<double>(candidate.held_out_nrmse.begin(),
+                                                                                    candidate.held_out_nrmse.end()))}});
+  return {{"compared_on", delivery.held_out},
+          {"candidates", list},
+          {"chosen", delivery.candidates[delivery.chosen].name},
+          {"unexplained_share", std::vector<double>(delivery.unexplained.begin(), delivery.unexplained.end())},
+          {"reason", delivery.reason}};
+}
+
+Json scores_json(const IdentifyConfig& config, const Delivery& delivery, const std::vector<RecordScore>& scores) {
+  const PipelineResult& result = delivery.pipeline;
   const Vector& values = result.linear.singular_values;
   Json out = {
       {"order", result.linear.order_used},
@@ -136,14 +214,16 @@ Json scores_json(const IdentifyConfig& config, const PipelineResult& result, con
       {"passes", Json::array()},
       {"best_pass", result.best + 1},
       {"refinement", to_json(result.refinement)},
+      {"delivered", candidates_json(delivery)},
       {"records", Json::array()}};
+  if (delivery.search) out["linear_search"] = search_json(*delivery.search);
   for (const Pass& pass : result.passes)
     out["passes"].push_back(
         {{"status", std::string(to_string(pass.status))},
          {"message", pass.message},
          {"training_vaf_percent", std::vector<double>(pass.training_vaf.begin(), pass.training_vaf.end())}});
   for (std::size_t i = 0; i < scores.size(); ++i)
-    out["records"].push_back(score_json(config, scores[i], static_cast<Index>(i) == config.record_index));
+    out["records"].push_back(score_json(config, scores[i], config.trains_on(i)));
   return out;
 }
 
@@ -157,13 +237,14 @@ int run_identify(const IdentifyRequest& request) {
       .writes("--out", out)
       .check();
   const IdentifyConfig config = read_identify_config(request.config, request.records);
-  const Signal& training = config.training();
+  const std::vector<Signal> training = config.training();
   if (!request.quiet)
-    std::fprintf(stderr, "identifying from %s: %td samples, %td input(s), %td output(s)\n", config.record.c_str(),
-                 training.samples(), training.input_count(), training.output_count());
+    for (std::size_t i = 0; i < training.size(); ++i)
+      std::fprintf(stderr, "identifying from %s: %td samples, %td input(s), %td output(s)\n",
+                   config.set.records[static_cast<std::size_t>(config.trained[i])].file.c_str(), training[i].samples(),
+                   training[i].input_count(), training[i].output_count());
   Random random(static_cast<std::uint64_t>(config.options.seed), Stream::initial_guess);
-  const PipelineResult result =
-      run_pipeline(training, config.pipeline, config.pieces.borrowed(config.pipeline), random);
+  const Delivery result = deliver(training, config.delivery, config.pieces.borrowed(config.delivery.pipeline), random);
   ModelFile model = make_file(config, result);
   if (result.status != Status::ok) {
     write_json(out, without_model(model));

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "experiments/identify/study.hpp"
@@ -19,13 +20,31 @@ std::string label(const RecordScore& score) {
                      score.first + score.samples);
 }
 
-void print_steps(const IdentifyConfig& config, const PipelineResult& result) {
-  const Vector& s = result.linear.singular_values;
-  fmt::print("trained on {}; input persistently exciting of order {} (needed: {})\n", config.record,
-             config.excitation_found, config.excitation_needed);
-  fmt::print("step 1  order {} (gap {:.3g}); singular values{}\n", result.linear.order_used, result.linear.gap,
-             numbers(s.head(std::min<Index>(s.size(), result.linear.order_used + 3))));
-  if (config.pipeline.direction != "input")
+void print_linear(const LinearSearch& search, const std::vector<Channel>& inputs) {
+  const LinearEstimate& linear = search.estimate;
+  fmt::print("step 1  order {}; held-out error by order (mean of the outputs' logs, %):", linear.order_used);
+  for (const OrderTrial& trial : search.orders)
+    fmt::print(" {}: {:.3g}", trial.order(), 100 * std::exp(trial.held_out_error.array().log().mean()));
+  fmt::print("\n");
+  for (std::size_t i = 0; i < inputs.size(); ++i)
+    if (search.delay[i] > 0) fmt::print("        {} acts {} samples late\n", inputs[i].name, search.delay[i]);
+}
+
+void print_steps(const IdentifyConfig& config, const Delivery& delivery) {
+  const PipelineResult& result = delivery.pipeline;
+  std::string trained;
+  for (const Index number : config.trained)
+    trained += (trained.empty() ? "" : ", ") + config.set.records[static_cast<std::size_t>(number)].file;
+  fmt::print("trained on {}; the outputs follow the input to order {} (needed: {})\n", trained, config.excitation_found,
+             config.excitation_needed);
+  if (delivery.search) {
+    print_linear(*delivery.search, config.inputs);
+  } else {
+    const Vector& s = result.linear.singular_values;
+    fmt::print("step 1  order {} (gap {:.3g}); singular values{}\n", result.linear.order_used, result.linear.gap,
+               numbers(s.head(std::min<Index>(s.size(), result.linear.order_used + 3))));
+  }
+  if (config.delivery.pipeline.direction != "input" && config.delivery.pipeline.nonlinearities > 0)
     fmt::print("step 2  direction: residual {:.3g} of the linear residual; {} start(s) agree\n",
                result.direction.residual, result.direction.agreeing);
   for (std::size_t i = 0; i < result.passes.size(); ++i) {
@@ -37,16 +56,20 @@ void print_steps(const IdentifyConfig& config, const PipelineResult& result) {
   if (result.refinement.solution.iterations > 0)
     fmt::print("refined {} iterations: {}\n", result.refinement.solution.iterations,
                result.refinement.solution.message);
+  fmt::print("delivered, as compared on {}: {}\n", delivery.held_out, delivery.reason);
 }
 
 }  // namespace
 
-void print_identification(const IdentifyConfig& config, const PipelineResult& result, const ModelFile& model,
+void print_identification(const IdentifyConfig& config, const Delivery& result, const ModelFile& model,
                           const std::vector<RecordScore>& scores) {
   print_steps(config, result);
   std::size_t width = 0;
   for (const RecordScore& score : scores) width = std::max(width, label(score).size());
-  fmt::print("\nfree run, initial state from the first {} samples\n", config.options.initial_state_samples);
+  if (config.options.initial_state_samples > 0)
+    fmt::print("\nfree run, initial state from the first {} samples\n", config.options.initial_state_samples);
+  else
+    fmt::print("\nfree run, initial state from the first periods of the slowest mode\n");
   fmt::print("{:<{}} {:<11} {:<26} {:>10} {:>10} {:>15} {:>10}\n", "record", width, "role", "output", "linear VAF",
              "VAF %", "RMSE", "NRMSE");
   for (const RecordScore& score : scores) {
@@ -65,6 +88,7 @@ void print_identification(const IdentifyConfig& config, const PipelineResult& re
                  excess.channel, excess.distance, excess.unit.empty() ? "" : " ", excess.unit, 100 * excess.share,
                  excess.samples);
   }
+  if (model.status == Status::ok && !model.message.empty()) fmt::print("\nnote: {}\n", model.message);
   if (model.status != Status::ok) fmt::print("\n{}: {}\n", to_string(model.status), model.message);
 }
 

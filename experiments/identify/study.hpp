@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/data/records.hpp"
+#include "core/identify/delivery.hpp"
 #include "core/model/model_file.hpp"
 #include "experiments/experiment/study.hpp"
 
@@ -14,30 +15,34 @@ namespace wheelhop {
 /// Members of the config beside channels, record, pieces and pipeline.
 struct IdentifyOptions {
   Index seed = 1;
-  Index initial_state_samples = 100;
+  Index initial_state_samples = 0;
   double excitation_tolerance = 1e-12;
   template <class V>
   void fields(V&& visit) {
     visit("seed", seed, Range{0}, "-", "of the initial guesses");
-    visit("initial_state_samples", initial_state_samples, Range{1}, "-",
-          "of a validation record, from which the free run's initial state is estimated");
+    visit(
+        "initial_state_samples", initial_state_samples, Range{0}, "-",
+        "of a record that is not fitted, from which the free run's initial state is estimated; 0: three periods of the "
+        "slowest mode, at least 100 and at most a quarter of the record");
     visit("excitation_tolerance", excitation_tolerance, Range{0, 1}, "-",
-          "singular value of the drive's block-Hankel matrix, relative to the largest, below which it counts as none");
+          "with $.subspace: singular value of the drive's block-Hankel matrix, relative to the largest, below which it "
+          "counts as none");
   }
 };
 
 struct IdentifyConfig {
   std::vector<Channel> inputs, outputs;
   IdentifyOptions options;
-  std::string record;  ///< file name of the estimation record
-  Index record_index = -1;
+  std::vector<Index> trained;  ///< numbers of the records for estimation that are used, at least one
   PieceSet pieces;
-  PipelineOptions pipeline;
+  DeliveryOptions delivery;
   RecordSet set;
   Index excitation_found = 0, excitation_needed = 0;  ///< orders; found counts up to what is needed
   Json effective;
 
-  const Signal& training() const { return set.records[static_cast<std::size_t>(record_index)].signal; }
+  /// The records that are used.
+  std::vector<Signal> training() const;
+  bool trains_on(std::size_t record) const;
 };
 
 /// Reads config and records and makes all checks that need no computation beyond the drive's excitation.
@@ -56,12 +61,13 @@ struct RecordScore {
 };
 
 /// Initial state of a model on a record in physical units, from its first samples.
+/// @param samples 0: initial_state_span()
 Vector initial_state(const ModelFile& model, const Signal& record, Index samples);
 
 /// Largest eigenvalue modulus of the model linearised at rest, A + Bt df/dx(0).
 double radius_at_rest(const NonlinearModel& model);
 
-void print_identification(const IdentifyConfig& config, const PipelineResult& result, const ModelFile& model,
+void print_identification(const IdentifyConfig& config, const Delivery& result, const ModelFile& model,
                           const std::vector<RecordScore>& scores);
 
 }  // namespace wheelhop

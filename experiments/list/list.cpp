@@ -73,6 +73,9 @@ std::vector<Family> everything() {
   configs.pieces.push_back({"identify", "this benchmark",
                             "beside plant or inputs and outputs, record, pieces and pipeline", "",
                             describe_options<IdentifyOptions>()});
+  configs.pieces.push_back({"identify: linear", "this benchmark",
+                            "search for delays, time scales and order in place of a piece under subspace", "",
+                            describe_options<LinearSearchOptions>()});
   configs.pieces.push_back(
       {"blind make", "this benchmark", "beside sets", "", describe_options<blind::CasesOptions>()});
   configs.pieces.push_back({"blind make: sets", "this benchmark", "of each, beside plant and effects", "",

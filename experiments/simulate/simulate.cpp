@@ -47,7 +47,7 @@ struct Run {
 
 Run run_model(const ModelFile& model, const Record& record, bool estimate, bool quiet) {
   const Signal& signal = record.signal;
-  constexpr Index samples = 100;
+  constexpr Index samples = 0;  // as many as the identification takes
   const FreeRun run =
       free_run(model, signal.u, estimate ? initial_state(model, signal, samples) : Vector::Zero(model.model.order()));
   if (run.status != Status::ok)

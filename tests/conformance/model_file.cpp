@@ -83,6 +83,35 @@ TEST_CASE("the outputs of a model file are in physical units: twice the scale, t
   CHECK(free_run(file, doubled, file.x0).y == 2 * once);
 }
 
+TEST_CASE("offsets and delays of the inputs go through the file and act before the model") {
+  for (const std::uint64_t draw : {1, 2, 3}) {
+    const Folder folder;
+    Random random(19, Stream::parameters, draw);
+    ModelFile plain = sample_model();
+    ModelFile file = plain;
+    file.u_offset = 10 * random.normal(kInputs, 1);
+    file.delay = {random.integer(6), 1 + random.integer(6)};
+    write_json(folder / "model.json", to_json(file));
+    const ModelFile after = load_model(folder / "model.json", restore_map);
+    CHECK(to_json(after) == to_json(file));
+    const Matrix u = drive();
+    Matrix late = u.colwise() - file.u_offset;
+    for (Index i = 0; i < kInputs; ++i)
+      for (Index k = u.cols() - 1; k >= 0; --k)
+        late(i, k) = late(i, std::max<Index>(0, k - file.delay[static_cast<std::size_t>(i)]));
+    CHECK((free_run(after, u, file.x0).y - free_run(plain, late, file.x0).y).norm() < 1e-9);
+    CHECK(longest_delay(after) == std::max(file.delay[0], file.delay[1]));
+    // A file from before there were any.
+    Json old = to_json(plain);
+    for (Json& input : old["inputs"]) {
+      input.erase("offset");
+      input.erase("delay_samples");
+    }
+    write_json(folder / "old.json", old);
+    CHECK(free_run(load_model(folder / "old.json", restore_map), u, plain.x0).y == free_run(plain, u, plain.x0).y);
+  }
+}
+
 TEST_CASE("samples outside the training range are counted by channel, with their distance") {
   const ModelFile file = sample_model();
   Matrix u = Matrix::Zero(kInputs, 5), y = Matrix::Zero(kOutputs, 5);

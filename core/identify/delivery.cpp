@@ -1,0 +1,516 @@
+#include "core/identify/delivery.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/data/metrics.hpp"
+#include "core/identify/free_run_problem.hpp"
+#include "core/identify/residual_share.hpp"
+
+namespace wheelhop {
+namespace {
+
+/// An offset larger than so many standard deviations is taken out before anything is scaled by its RMS. Judgement:
+/// smaller ones change an RMS by less than half, and the constant row of Remark 1 and y0 take them.
+constexpr double kLargeOffset = 1;
+/// A candidate may be worse than the linear model by so much in an output: what two fits of one model differ by on
+/// another record. Judgement.
+constexpr double kNotWorse = 1.02;
+/// Below this share of the linear model's error nothing is gained by another form of the direct term. Judgement.
+constexpr double kWellExplained = 0.1;
+
+/// A residual of which less than this share follows from its past and the inputs is noise. Judgement: the error of such
+/// a model is within six in a hundred of the noise.
+constexpr double kNoise = 0.1;
+/// Orders below are not tried again with the nonlinearity: a mass on a spring has two states.
+constexpr Index kLowestOrder = 2;
+/// Judgement: a lower order is taken where it is worse by no more than this in any output, the latter where the better
+/// one leaves more than noise: further modes then stand for part of what neither model has.
+constexpr double kSameOrder = 1.03, kSameOrderBeyondNoise = 1.2;
+
+/// The held-out parts are compared in so many blocks, and a difference counts from so many standard errors on, as a
+/// one-sided test at 2 % would have it.
+constexpr Index kBlocks = 12;
+constexpr double kCertain = 2;
+
+/// Higher orders in a row that bring less than kSameOrder end their search. Judgement: one pair of poles and one more.
+constexpr Index kIdleOrders = 3;
+/// Validation records often drive a plant somewhat harder than those for estimation. Judgement: a model should hold a
+/// drive larger by this, and may for that be worse by kRobustMap.
+constexpr double kLargerDrive = 1.5, kRobustMap = 1.25;
+
+constexpr double kDiverged = std::numeric_limits<double>::infinity();
+
+struct Moments {
+  Vector mean, deviation;
+};
+
+Moments moments(const std::vector<Signal>& records, Matrix Signal::*rows) {
+  const Index r = (records.front().*rows).rows();
+  Vector sum = Vector::Zero(r), squares = Vector::Zero(r);
+  double samples = 0;
+  for (const Signal& record : records) {
+    sum += (record.*rows).rowwise().sum();
+    samples += static_cast<double>(record.samples());
+  }
+  const Vector mean = sum / samples;
+  for (const Signal& record : records) squares += ((record.*rows).colwise() - mean).rowwise().squaredNorm();
+  return {mean, (squares / samples).cwiseSqrt()};
+}
+
+Vector large_offsets(const Moments& of) {
+  return (of.mean.array().abs() > kLargeOffset * of.deviation.array()).select(of.mean, 0);
+}
+
+/// RMS of a channel about its offset.
+Vector scale_of(const Moments& of, const Vector& offset) {
+  return ((of.mean - offset).array().square() + of.deviation.array().square()).sqrt();
+}
+
+/// All records in the units of the models; outputs about their offsets, which y0 takes up at the end.
+struct Scaled {
+  std::vector<Signal> records;
+  Vector y_offset;     // in units of y_scale
+  Vector y_deviation;  // in units of y_scale
+};
+
+Scaled scale(const std::vector<Signal>& records, Channels& channels) {
+  const Moments of_u = moments(records, &Signal::u), of_y = moments(records, &Signal::y);
+  channels.u_offset = large_offsets(of_u);
+  channels.u_scale = scale_of(of_u, channels.u_offset);
+  const Vector y_offset = large_offsets(of_y);
+  channels.y_scale = scale_of(of_y, y_offset);
+  channels.delay.assign(static_cast<std::size_t>(of_u.mean.size()), 0);
+  const auto y_scale = channels.y_scale.cwiseInverse().asDiagonal();
+  Scaled result{records, y_scale * y_offset, y_scale * of_y.deviation};
+  for (Signal& record : result.records) {
+    record.u = channels.u_scale.cwiseInverse().asDiagonal() * (record.u.colwise() - channels.u_offset);
+    record.y = y_scale * (record.y.colwise() - y_offset);
+  }
+  return result;
+}
+
+/// Inputs as they act; outputs and skipped samples from the sample on at which all inputs are known.
+void delay_inputs(Signal& record, const std::vector<Index>& delay) {
+  const Index last = longest(delay);
+  if (last == 0) return;
+  record.u = delayed(record.u, delay);
+  record.y = Matrix(record.y.rightCols(record.y.cols() - last));
+  record.skip = std::max<Index>(0, record.skip - last);
+}
+
+Signal first_part(const Signal& record, Index samples) {
+  Signal part = record;
+  part.u = record.u.leftCols(samples);
+  part.y = record.y.leftCols(samples);
+  return part;
+}
+
+/// What the candidates are fitted to and compared on.
+struct Split {
+  std::size_t longest = 0;     // record that the pipeline runs on
+  std::vector<Index> samples;  // fitted ones of every record, from its start
+  bool held_out = false;       // the rest; else nothing is
+};
+
+Split split(const std::vector<Signal>& records, const RecordNeeds& needs) {
+  Split result;
+  for (std::size_t i = 1; i < records.size(); ++i)
+    if (records[i].samples() > records[result.longest].samples()) result.longest = i;
+  const auto part_of = [](const Signal& record) {
+    return static_cast<Index>(kFittedShare * static_cast<double>(record.samples()));
+  };
+  const Signal& longest_record = records[result.longest];
+  result.held_out = part_of(longest_record) >= needs.samples;
+  for (const Signal& record : records) {
+    result.held_out = result.held_out && part_of(record) > record.skip;
+    result.samples.push_back(part_of(record));
+  }
+  if (!result.held_out)
+    for (std::size_t i = 0; i < records.size(); ++i) result.samples[i] = records[i].samples();
+  return result;
+}
+
+double mean_log(const Vector& nrmse) { return nrmse.cwiseMax(1e-300).array().log().mean(); }
+
+/// The candidates' free runs on the held-out parts.
+class Comparison {
+ public:
+  Comparison(const std::vector<Signal>& records, const Split& split, Vector deviation)
+      : records_(records), split_(split), deviation_(std::move(deviation)) {
+    Index samples = 0;
+    for (std::size_t i = 0; i < records.size(); ++i) samples += records[i].samples() - from(i);
+    block_ = std::max<Index>(1, samples / kBlocks);
+  }
+
+  std::string describe() const {
+    return split_.held_out ? "the last quarter of every record for estimation"
+                           : "the records themselves, which are too short to hold anything out";
+  }
+
+  /// Fills what is known of a candidate from its free runs.
+  void score(Candidate& candidate) const {
+    const Index p = deviation_.size();
+    Vector squares = Vector::Zero(p), in_block = Vector::Zero(p);
+    Index samples = 0, block_samples = 0;
+    candidate.stopped = false;
+    candidate.block_logs.clear();
+    Vector share = Vector::Zero(p);
+    for (std::size_t i = 0; i < records_.size(); ++i) {
+      const FreeRun run = free_run(candidate.model, records_[i].u, candidate.x0[i]);
+      candidate.stopped = candidate.stopped || run.status != Status::ok || !all_finite(run.y);
+      const Index held_out = records_[i].samples() - from(i);
+      share += static_cast<double>(held_out) *
+               residual_share((records_[i].y - run.y).rightCols(held_out), records_[i].u.rightCols(held_out));
+      for (Index k = from(i); k < records_[i].samples(); ++k) {
+        const Vector error = (records_[i].y.col(k) - run.y.col(k)).cwiseQuotient(deviation_);
+        in_block += error.cwiseAbs2();
+        ++samples;
+        if (++block_samples < block_) continue;
+        candidate.block_logs.push_back(mean_log((in_block / static_cast<double>(block_)).cwiseSqrt()));
+        squares += in_block;
+        in_block.setZero();
+        block_samples = 0;
+      }
+    }
+    squares += in_block;
+    candidate.unexplained = candidate.stopped ? Vector::Ones(p) : Vector(share / static_cast<double>(samples));
+    candidate.held_out_nrmse = candidate.stopped ? Vector::Constant(p, kDiverged)
+                                                 : Vector((squares / static_cast<double>(samples)).cwiseSqrt());
+  }
+
+ private:
+  Index from(std::size_t i) const { return split_.held_out ? split_.samples[i] : records_[i].skip; }
+
+  const std::vector<Signal>& records_;
+  const Split& split_;
+  Vector deviation_;
+  Index block_;
+};
+
+bool as_good_everywhere(const Vector& nrmse, const Vector& reference) {
+  return (nrmse.array() <= kNotWorse * reference.array()).all();
+}
+
+std::string percent(const Vector& nrmse) {
+  std::string text;
+  for (const double value : nrmse) text += fmt::format("{}{:.3g}", text.empty() ? "" : ", ", 100 * value);
+  return text + " %";
+}
+
+/// Whether a candidate's errors are below those of another by more than chance: the mean of the differences of their
+/// logs over the blocks by kCertain standard errors.
+bool certainly_better(const Candidate& candidate, const Candidate& than) {
+  const auto n = static_cast<Index>(std::min(candidate.block_logs.size(), than.block_logs.size()));
+  if (n < 2) return false;
+  const Vector difference =
+      Eigen::Map<const Vector>(candidate.block_logs.data(), n) - Eigen::Map<const Vector>(than.block_logs.data(), n);
+  const double mean = difference.mean();
+  const double variance = (difference.array() - mean).square().sum() / static_cast<double>(n - 1);
+  return mean + kCertain * std::sqrt(variance / static_cast<double>(n)) < 0;
+}
+
+/// The linear model unless another one is better by more than kNotWorse and by more than chance, and in no output
+/// worse.
+std::size_t choose(const std::vector<Candidate>& candidates) {
+  std::size_t chosen = 0;
+  const Candidate& linear = candidates.front();
+  double least = linear.stopped ? kDiverged : mean_log(linear.held_out_nrmse) - std::log(kNotWorse);
+  for (std::size_t i = 1; i < candidates.size(); ++i) {
+    const Candidate& own = candidates[i];
+    if (own.stopped || !as_good_everywhere(own.held_out_nrmse, linear.held_out_nrmse)) continue;
+    if (!(mean_log(own.held_out_nrmse) < least) || !(linear.stopped || certainly_better(own, linear))) continue;
+    chosen = i;
+    least = mean_log(own.held_out_nrmse);
+  }
+  return chosen;
+}
+
+std::string reason_for(const Delivery& result) {
+  const Candidate& chosen = result.candidates[result.chosen];
+  std::string text = fmt::format("the {} model: held-out NRMSE {}", chosen.name, percent(chosen.held_out_nrmse));
+  for (std::size_t i = 0; i < result.candidates.size(); ++i) {
+    const Candidate& other = result.candidates[i];
+    if (i == result.chosen) continue;
+    text += other.stopped ? fmt::format("; {} diverges", other.name)
+                          : fmt::format("; {} {}", other.name, percent(other.held_out_nrmse));
+  }
+  return text;
+}
+
+/// Refinement over the first `samples` of every record; false where it leads nowhere.
+bool refine_on(const std::vector<Signal>& records, const std::vector<Index>& samples, Index iterations,
+               const Solver& solver, NonlinearModel& model, std::vector<Vector>& x0) {
+  std::vector<FittedRecord> fits;
+  for (std::size_t i = 0; i < records.size(); ++i)
+    fits.push_back({records[i].u.leftCols(samples[i]), records[i].y.leftCols(samples[i]), records[i].skip, x0[i]});
+  const Vector weight_std = Vector::Ones(records.front().output_count());
+  Refinement refined = refine(model, fits, weight_std, solver, iterations);
+  const Status status = refined.solution.status;
+  if (status != Status::ok && status != Status::iteration_limit) return false;
+  if (!model.map && !(spectral_radius(refined.model.linear.A) < 1)) return false;
+  model = std::move(refined.model);
+  for (std::size_t i = 0; i < records.size(); ++i) x0[i] = fits[i].x0;
+  return true;
+}
+
+/// residual_share() over whole records, but for what no score counts.
+Vector unexplained_by(const NonlinearModel& model, const std::vector<Vector>& x0, const std::vector<Signal>& records) {
+  Vector sum = Vector::Zero(records.front().output_count());
+  double samples = 0;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Signal& record = records[i];
+    const Index kept = record.samples() - record.skip;
+    const FreeRun run = free_run(model, record.u, x0[i]);
+    sum += static_cast<double>(kept) * residual_share((record.y - run.y).rightCols(kept), record.u.rightCols(kept));
+    samples += static_cast<double>(kept);
+  }
+  return sum / samples;
+}
+
+Split find_split(const std::vector<Signal>& records, const DeliveryOptions& options, const Pieces& pieces) {
+  const Signal& first = records.front();
+  return split(records,
+               options.search ? RecordNeeds{} : pieces.subspace.needs(first.input_count(), first.output_count()));
+}
+
+/// The pipeline's runs on the fitted part and the candidates they give.
+struct Trials {
+  const Signal fitted;
+  const std::vector<Signal>& records;
+  const Split& split;
+  const Comparison& comparison;
+  const DeliveryOptions& options;
+  const Pieces& pieces;
+  Random& random;
+  std::vector<PipelineResult> runs = {};
+  std::vector<Candidate> candidates = {};
+  std::vector<std::size_t> run_of = {};  // of every candidate
+  std::size_t chosen = 0;
+
+  Trials(const std::vector<Signal>& all, const Split& parts, const Comparison& compare, const DeliveryOptions& wanted,
+         const Pieces& borrowed, Random& guesses)
+      : fitted(first_part(all[parts.longest], parts.samples[parts.longest])),
+        records(all),
+        split(parts),
+        comparison(compare),
+        options(wanted),
+        pieces(borrowed),
+        random(guesses) {}
+
+  /// @param on_all fitted to the other records as well
+  void add(std::string name, const NonlinearModel& model, const Vector& x0, bool on_all) {
+    Candidate candidate{std::move(name), model, {}, false, {}, {}, {}};
+    for (std::size_t i = 0; i < records.size(); ++i)
+      candidate.x0.push_back(i == split.longest ? x0 : state_of(model, i));
+    if (on_all && records.size() > 1)
+      refine_on(records, split.samples, options.pipeline.refine_iterations, pieces.solver, candidate.model,
+                candidate.x0);
+    comparison.score(candidate);
+    candidates.push_back(std::move(candidate));
+    run_of.push_back(runs.size() - 1);
+  }
+
+  Vector state_of(const NonlinearModel& model, std::size_t i) const {
+    const Index wanted = options.initial_state_samples;
+    const Index samples = wanted > 0 ? wanted : initial_state_span(model.linear, records[i].samples());
+    return estimate_initial_state(model, records[i].u, records[i].y, std::min(samples, split.samples[i]));
+  }
+
+  /// One run of the pipeline. @param linear found before, or none: by the piece @return false without a linear model
+  bool run(const LinearEstimate* linear, PipelineOptions pipeline, const std::string& suffix) {
+    std::optional<KnownPoles> known;
+    if (linear) {
+      pipeline.order = linear->order_used;
+      pipeline.linear_iterations = 0;  // it is refined already
+      known.emplace(*linear, options.search->block_rows);
+    }
+    const Pieces used{known ? static_cast<const SubspaceEstimator&>(*known) : pieces.subspace, pieces.inversion,
+                      pieces.make_map, pieces.solver, pieces.make_ridge};
+    runs.push_back(run_scaled_pipeline(fitted, pipeline, used, random));
+    const PipelineResult& found = runs.back();
+    if (found.linear.status != Status::ok) return false;
+    if (candidates.empty()) add("linear", without_map(found.linear.model), found.linear.x0, true);
+    const bool refined = found.refinement.solution.iterations > 0;
+    if (found.best >= 0) {
+      const Pass& best = found.passes[static_cast<std::size_t>(found.best)];
+      add("unrefined" + suffix, best.model, best.x0, false);
+    }
+    if (refined) add("refined" + suffix, found.model, found.x0, true);
+    return true;
+  }
+
+  double score(std::size_t i) const { return mean_log(candidates[i].held_out_nrmse); }
+
+  bool leaves_noise(std::size_t i) const { return candidates[i].unexplained.maxCoeff() < kNoise; }
+
+  /// All runs that the options ask for. @return false without a linear model
+  bool run_all(const std::optional<LinearSearch>& search) {
+    const LinearEstimate* linear = search ? &search->estimate : nullptr;
+    PipelineOptions pipeline = options.pipeline;
+    if (!run(linear, pipeline, "")) return false;
+    chosen = choose(candidates);
+    if (options.pipeline.nonlinearities == 0) return true;
+    const bool well_explained = score(chosen) < score(0) + std::log(kWellExplained);
+    if (options.choose_direct_term && !well_explained && !leaves_noise(chosen)) {
+      PipelineOptions other = pipeline;
+      other.direct_term = !pipeline.direct_term;
+      run(linear, other, other.direct_term ? " with direct term" : " without direct term");
+      const std::size_t now = choose(candidates);
+      if (run_of[now] != run_of[chosen]) pipeline = other;
+      chosen = now;
+    }
+    if (search && options.pipeline.order == 0) {
+      if (!leaves_noise(chosen)) other_orders(*search, pipeline);
+      if (candidates[chosen].model.map) lower_orders(*search, pipeline);
+    }
+    if (candidates[chosen].model.map && stops_on_larger_drive(candidates[chosen])) other_map(search, pipeline);
+    return true;
+  }
+
+  /// The linear model's order was chosen where a nonlinearity hides modes: higher ones as long as they bring something,
+  /// and lower ones where no nonlinearity is found with those.
+  void other_orders(const LinearSearch& search, const PipelineOptions& pipeline) {
+    const Index n = search.estimate.order_used;
+    const auto helps = [&](const OrderTrial& trial) {
+      const double before = score(chosen);
+      run(&trial.estimate, pipeline, fmt::format(" of order {}", trial.order()));
+      chosen = choose(candidates);
+      return score(chosen) < before - std::log(kSameOrder);
+    };
+    Index idle = 0;
+    for (const OrderTrial& trial : search.orders)
+      if (trial.order() > n && idle < kIdleOrders && !leaves_noise(chosen)) idle = helps(trial) ? 0 : idle + 1;
+    for (auto trial = search.orders.rbegin(); trial != search.orders.rend(); ++trial)
+      if (trial->order() < n && trial->order() >= kLowestOrder && !candidates[chosen].model.map) helps(*trial);
+  }
+
+  /// Whether its free runs leave the state guard on the records' drives at kLargerDrive times their size.
+  bool stops_on_larger_drive(const Candidate& candidate) const {
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      const FreeRun larger = free_run(candidate.model, kLargerDrive * records[i].u, candidate.x0[i]);
+      if (larger.status != Status::ok) return true;
+    }
+    return false;
+  }
+
+  /// A polynomial of high degree may run away outside the records where the map that it took the place of does not:
+  /// that one, if it is nearly as good.
+  void other_map(const std::optional<LinearSearch>& search, PipelineOptions pipeline) {
+    if (!pieces.make_ridge || pipeline.ridge_degree < 3) return;
+    pipeline.ridge_degree = 0;
+    const LinearEstimate* linear = nullptr;
+    if (search) {
+      linear = &search->estimate;
+      for (const OrderTrial& trial : search->orders)
+        if (trial.order() == candidates[chosen].model.order() && trial.order() != linear->order_used)
+          linear = &trial.estimate;
+    }
+    const std::size_t before = candidates.size();
+    run(linear, pipeline, " with the map as given");
+    for (std::size_t i = before; i < candidates.size(); ++i) {
+      const Candidate& own = candidates[i];
+      if (own.stopped || stops_on_larger_drive(own) || !(score(i) < score(chosen) + std::log(kRobustMap))) continue;
+      chosen = i;
+    }
+  }
+
+  /// The first candidate with a nonlinearity of that order; their number where there is none.
+  std::size_t first_of_order(Index order) const {
+    std::size_t i = 1;
+    while (i < candidates.size() && candidates[i].model.order() != order) ++i;
+    return i;
+  }
+
+  /// What looked like further modes may have been the nonlinearity: the lowest order that does as well with it.
+  void lower_orders(const LinearSearch& search, const PipelineOptions& pipeline) {
+    const Candidate best = candidates[chosen];
+    const double margin = leaves_noise(chosen) ? kSameOrder : kSameOrderBeyondNoise;
+    for (const OrderTrial& trial : search.orders) {
+      if (trial.order() >= best.model.order()) return;
+      if (trial.order() < kLowestOrder) continue;
+      const std::size_t before = first_of_order(trial.order());
+      if (before == candidates.size()) run(&trial.estimate, pipeline, fmt::format(" of order {}", trial.order()));
+      for (std::size_t i = before; i < candidates.size(); ++i) {
+        const Candidate& own = candidates[i];
+        if (own.model.order() != trial.order()) break;
+        if (own.stopped || !(own.held_out_nrmse.array() <= margin * best.held_out_nrmse.array()).all()) continue;
+        chosen = i;
+        return;
+      }
+    }
+  }
+};
+
+}  // namespace
+
+Index initial_state_span(const LinearModel& model, Index samples) {
+  double slowest = 0;  // samples to turn through a radian or to fall by e, whichever is shorter
+  for (const std::complex<double>& pole : eigenvalues(model.A)) {
+    const double rate = std::abs(std::log(pole));
+    if (std::isfinite(rate) && rate > 0) slowest = std::max(slowest, 1 / rate);
+  }
+  constexpr double three_periods = 6 * 3.14159265358979323846;
+  const auto span = static_cast<Index>(std::min(three_periods * slowest, static_cast<double>(samples)));
+  return std::max<Index>(std::min(std::max<Index>(span, 100), samples / 4), 1);
+}
+
+Delivery deliver(const std::vector<Signal>& records, const DeliveryOptions& options, const Pieces& pieces,
+                 Random& random) {
+  Delivery result;
+  Scaled scaled = scale(records, result.channels);
+  Split parts = find_split(scaled.records, options, pieces);
+  if (options.search) {
+    const Index samples = parts.samples[parts.longest];
+    const Signal& record = scaled.records[parts.longest];
+    result.search = search_linear(record.u.leftCols(samples), record.y.leftCols(samples), options.pipeline.order,
+                                  *options.search, pieces.solver);
+    if (result.search->estimate.status != Status::ok) {
+      result.status = result.search->estimate.status;
+      result.message = result.search->estimate.message;
+      return result;
+    }
+    result.channels.delay = result.search->delay;
+    for (Signal& late : scaled.records) delay_inputs(late, result.channels.delay);
+    for (Index& fitted : parts.samples) fitted -= longest(result.channels.delay);
+  }
+  const Comparison comparison(scaled.records, parts, scaled.y_deviation);
+  result.held_out = comparison.describe();
+  Trials trials(scaled.records, parts, comparison, options, pieces, random);
+  if (!trials.run_all(result.search)) {
+    result.pipeline = std::move(trials.runs.front());
+    result.status = result.pipeline.status;
+    result.message = result.pipeline.message;
+    return result;
+  }
+  result.candidates = std::move(trials.candidates);
+  result.chosen = trials.chosen;
+  result.pipeline = std::move(trials.runs[trials.run_of[result.chosen]]);
+  const Candidate& chosen = result.candidates[result.chosen];
+  result.status = chosen.stopped ? Status::outside_domain : Status::ok;
+  if (chosen.stopped) result.message = "the free run of every candidate diverges";
+  result.reason = reason_for(result);
+  const auto on_all = [&](const Candidate& candidate) {
+    Candidate trial = candidate;
+    std::vector<Index> whole;
+    for (const Signal& record : scaled.records) whole.push_back(record.samples());
+    const Index iterations = options.pipeline.refine_iterations;
+    if (iterations == 0 || !refine_on(scaled.records, whole, iterations, pieces.solver, trial.model, trial.x0))
+      return candidate;
+    comparison.score(trial);
+    return trial.stopped || !as_good_everywhere(trial.held_out_nrmse, candidate.held_out_nrmse) ? candidate : trial;
+  };
+  Candidate delivered = on_all(chosen);
+  result.model = std::move(delivered.model);
+  result.x0 = std::move(delivered.x0);
+  result.linear = chosen.model.map ? on_all(result.candidates.front()).model.linear : result.model.linear;
+  result.unexplained = unexplained_by(result.model, result.x0, scaled.records);
+  result.model.linear.y0 += scaled.y_offset;
+  result.linear.y0 += scaled.y_offset;
+  return result;
+}
+
+}  // namespace wheelhop

@@ -1,0 +1,81 @@
+/// \file
+/// The model that is delivered: of the linear model, the best pass and the refined model the one with the best free run
+/// on samples that none of them was fitted to, then fitted once more to all records.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/identify/linear_search.hpp"
+#include "core/identify/pipeline.hpp"
+
+namespace wheelhop {
+
+struct DeliveryOptions {
+  PipelineOptions pipeline;
+  std::optional<LinearSearchOptions> search;  ///< step 1 by search_linear(); none: by the piece that is given
+  bool choose_direct_term = false;            ///< also without Dt where the record asks for it
+  Index initial_state_samples = 0;            ///< of a record that is not fitted; 0: initial_state_span()
+};
+
+/// Channels as the models see them: (u - u_offset) ./ u_scale and y ./ y_scale, inputs late by `delay` samples.
+struct Channels {
+  Vector u_offset, u_scale, y_scale;
+  std::vector<Index> delay;
+};
+
+struct Candidate {
+  std::string name;  ///< "linear", "unrefined", "refined", and what is particular about the run
+  NonlinearModel model;
+  std::vector<Vector> x0;          ///< of every record
+  bool stopped = false;            ///< its free run left the state guard on one of them
+  Vector held_out_nrmse;           ///< p, of the motion about the mean; infinity where it stopped
+  Vector unexplained;              ///< p, residual_share() on the held-out parts; 1 where it stopped
+  std::vector<double> block_logs;  ///< mean over the outputs of the log NRMSE, by block of the held-out parts
+};
+
+struct Delivery {
+  Status status = Status::failed;
+  std::string message;  ///< where there is no model, or how the refinement failed
+  Channels channels;
+  std::optional<LinearSearch> search;
+  PipelineResult pipeline;  ///< of the model that was delivered; its steps on the fitted part
+  std::vector<Candidate> candidates;
+  std::size_t chosen = 0;
+  std::string held_out;  ///< what the candidates were compared on
+  std::string reason;    ///< why this one
+  Vector unexplained;    ///< p, residual_share() of the delivered model on all records
+  LinearModel linear;    ///< the linear candidate, fitted to all records as well
+  NonlinearModel model;
+  std::vector<Vector> x0;  ///< of every record at its sample longest(delay)
+};
+
+/// Samples from which the initial state of a record is estimated: three periods, or time constants, of the slowest
+/// mode, at least 100, at most a quarter of the record.
+Index initial_state_span(const LinearModel& model, Index samples);
+
+/// Steps:
+/// 1. Offsets larger than the motion are taken out of inputs and outputs, all channels are scaled to unit RMS.
+/// 2. The first three quarters of every record are fitted, the rest is held out. Where the longest record is too short
+///    for the pieces by then, nothing is held out.
+/// 3. Linear model, passes and refinement on the longest record's part (run_scaled_pipeline). The linear and the
+/// refined
+///    model then on all fitted parts at once, each part with its own initial state. The same without Dt as well, where
+///    that is asked for and what is left is neither noise nor a tenth of the linear model's error.
+/// 4. The candidate with the least mean log NRMSE on the held-out parts, among those that are in no output worse than
+///    the linear model; the linear model where none is better by more than 2 % and by more than chance. So what is
+///    delivered is at least as good there as its linear part and as the unrefined pass.
+/// 5. Where the order was found by the search: the pipeline with higher orders as long as what is left is more than
+///    noise and they bring something, with lower ones as long as no nonlinearity is found. Then with every lower order
+///    than that of a nonlinear model: the lowest one that does as well is taken.
+/// 6. Where that one runs away on the same drives at 1.5 times their size, the pipeline without the alternative map:
+///    what does not run away there is taken if it is nearly as good.
+/// 7. Its refinement on all records from end to end, kept where it is no worse on the parts that were held out.
+///
+/// @param records of one set of channels, at least one   @param pieces subspace is not used where `search` is given
+/// Cost: that of the pipeline, once or twice and once for every other order, and one refinement on all records.
+Delivery deliver(const std::vector<Signal>& records, const DeliveryOptions& options, const Pieces& pieces,
+                 Random& random);
+
+}  // namespace wheelhop
