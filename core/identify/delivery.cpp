@@ -38,9 +38,9 @@ constexpr double kCertain = 2;
 
 /// Higher orders in a row that bring less than kSameOrder end their search. Judgement: one pair of poles and one more.
 constexpr Index kIdleOrders = 3;
-/// Validation records often drive a plant somewhat harder than those for estimation. Judgement: a model should hold a
-/// drive larger by this, and may for that be worse by kRobustMap.
-constexpr double kLargerDrive = 1.5, kRobustMap = 1.25;
+/// What the map as given may be worse by than the polynomial that took its place. Judgement: a validation record that
+/// drives the plant a tenth harder makes more of a difference to a polynomial.
+constexpr double kRobustMap = 1.25;
 
 constexpr double kDiverged = std::numeric_limits<double>::infinity();
 
@@ -367,7 +367,7 @@ struct Trials {
       if (!leaves_noise(chosen)) other_orders(*search, pipeline);
       if (candidates[chosen].model.map) lower_orders(*search, pipeline);
     }
-    if (candidates[chosen].model.map && stops_on_larger_drive(candidates[chosen])) other_map(search, pipeline);
+    if (has_alternative_map(chosen) && !leaves_noise(chosen)) map_as_given(search, pipeline);
     return true;
   }
 
@@ -388,19 +388,15 @@ struct Trials {
       if (trial->order() < n && trial->order() >= kLowestOrder && !candidates[chosen].model.map) helps(*trial);
   }
 
-  /// Whether its free runs leave the state guard on the records' drives at kLargerDrive times their size.
-  bool stops_on_larger_drive(const Candidate& candidate) const {
-    for (std::size_t i = 0; i < records.size(); ++i) {
-      const FreeRun larger = free_run(candidate.model, kLargerDrive * records[i].u, candidate.x0[i]);
-      if (larger.status != Status::ok) return true;
-    }
-    return false;
+  /// Whether a polynomial took the place of the map that was given.
+  bool has_alternative_map(std::size_t i) const {
+    const StaticMap* map = candidates[i].model.map.get();
+    return map && map->name() != pieces.make_map(map->inputs(), map->outputs())->name();
   }
 
-  /// A polynomial of high degree may run away outside the records where the map that it took the place of does not:
-  /// that one, if it is nearly as good.
-  void other_map(const std::optional<LinearSearch>& search, PipelineOptions pipeline) {
-    if (!pieces.make_ridge || pipeline.ridge_degree < 3) return;
+  /// A polynomial of high degree runs away outside the records, where the map that it took the place of does not. Where
+  /// neither leaves noise alone, that one if it is nearly as good.
+  void map_as_given(const std::optional<LinearSearch>& search, PipelineOptions pipeline) {
     pipeline.ridge_degree = 0;
     const LinearEstimate* linear = nullptr;
     if (search) {
@@ -409,12 +405,13 @@ struct Trials {
         if (trial.order() == candidates[chosen].model.order() && trial.order() != linear->order_used)
           linear = &trial.estimate;
     }
-    const std::size_t before = candidates.size();
+    const std::size_t before = candidates.size(), polynomial = chosen;
     run(linear, pipeline, " with the map as given");
     for (std::size_t i = before; i < candidates.size(); ++i) {
       const Candidate& own = candidates[i];
-      if (own.stopped || stops_on_larger_drive(own) || !(score(i) < score(chosen) + std::log(kRobustMap))) continue;
-      chosen = i;
+      if (own.stopped || !as_good_everywhere(own.held_out_nrmse, candidates.front().held_out_nrmse)) continue;
+      if (score(i) < score(polynomial) + std::log(kRobustMap) && (chosen == polynomial || score(i) < score(chosen)))
+        chosen = i;
     }
   }
 

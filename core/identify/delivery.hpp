@@ -69,8 +69,8 @@ Index initial_state_span(const LinearModel& model, Index samples);
 /// 5. Where the order was found by the search: the pipeline with higher orders as long as what is left is more than
 ///    noise and they bring something, with lower ones as long as no nonlinearity is found. Then with every lower order
 ///    than that of a nonlinear model: the lowest one that does as well is taken.
-/// 6. Where that one runs away on the same drives at 1.5 times their size, the pipeline without the alternative map:
-///    what does not run away there is taken if it is nearly as good.
+/// 6. Where that one holds the alternative map and leaves more than noise, the pipeline without that map: its model is
+///    taken if it is nearly as good, as it holds farther beyond the records.
 /// 7. Its refinement on all records from end to end, kept where it is no worse on the parts that were held out.
 ///
 /// @param records of one set of channels, at least one   @param pieces subspace is not used where `search` is given

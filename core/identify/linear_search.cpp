@@ -171,10 +171,15 @@ struct DelayFit {
   double score = kInfinity;
 };
 
-DelayFit fit_delays(const PoleSet& set, ConstMatrixRef u, ConstMatrixRef y, Index span) {
+/// @param from where the search begins; empty: no delays
+DelayFit fit_delays(const PoleSet& set, ConstMatrixRef u, ConstMatrixRef y, Index span,
+                    const std::vector<Index>& from = {}) {
   const Index m = u.rows(), kept = u.cols() - span;
   DelayFit result{std::vector<Index>(static_cast<std::size_t>(m), 0), kInfinity};
-  Matrix acting = u.rightCols(kept);
+  if (!from.empty()) result.delay = from;
+  Matrix acting(m, kept);
+  for (Index i = 0; i < m; ++i)
+    acting.row(i) = u.row(i).segment(span - result.delay[static_cast<std::size_t>(i)], kept);
   const auto late = y.rightCols(kept);
   for (Index sweep = 0; sweep < std::min<Index>(m, 2); ++sweep)
     for (Index i = 0; i < m; ++i) {
@@ -191,6 +196,22 @@ DelayFit fit_delays(const PoleSet& set, ConstMatrixRef u, ConstMatrixRef y, Inde
       acting.row(i) = u.row(i).segment(span - d, kept);
     }
   return result;
+}
+
+/// The delays once more, near those found, with the poles that were found with them.
+std::vector<Index> delays_by_poles(const Fit& found, ConstMatrixRef u, ConstMatrixRef y, std::vector<Index> delay,
+                                   Index most) {
+  const Index N = std::min(u.cols(), kDelaySamples), room = std::min(most, 2 * kDelayRoom);
+  std::vector<Index> taken_out, left;
+  for (const Index d : delay) {
+    taken_out.push_back(std::max<Index>(0, d - kDelayRoom));
+    left.push_back(d - taken_out.back());
+  }
+  const Index last = longest(taken_out);
+  const DelayFit fit = fit_delays({found.model.A, found.model.C, found.stride}, delayed(u.leftCols(N), taken_out),
+                                  y.leftCols(N).rightCols(N - last), room, left);
+  for (std::size_t i = 0; i < taken_out.size(); ++i) taken_out[i] += fit.delay[i];
+  return taken_out;
 }
 
 DelayFit best_delays(ConstMatrixRef u, ConstMatrixRef y, Index order, Index span, const std::vector<Index>& gaps,
@@ -258,6 +279,17 @@ LinearSearch search_linear(ConstMatrixRef u, ConstMatrixRef y, Index order, cons
   if (OrderSearch plain = search_orders(u, y, order, without_delays, solver); prefers_no_delay(plain, orders)) {
     orders = std::move(plain);
     result.delay.assign(static_cast<std::size_t>(u.rows()), 0);
+  }
+  if (orders.fit && options.max_delay >= kDelayRoom) {
+    const std::vector<Index> again = delays_by_poles(*orders.fit, u, y, result.delay, options.max_delay);
+    if (again != result.delay) {
+      OrderSearch other =
+          search_orders(delayed(u, again), y.rightCols(y.cols() - longest(again)), order, options, solver);
+      if (other.fit && !prefers_no_delay(orders, other)) {
+        orders = std::move(other);
+        result.delay = again;
+      }
+    }
   }
   result.orders = std::move(orders.trials);
   if (!orders.fit) {

@@ -137,6 +137,8 @@ ExperimentConfig parse_experiment_config(const JsonCursor& cursor) {
   }
   config.pieces = read_pieces(cursor);
   config.pipeline = read_pipeline(cursor);
+  if (config.pipeline.nonlinearities == 0)
+    cursor.at("pipeline").at("nonlinearities").fail("at least 1, as linear and nonlinear models are compared here");
   config.effective = effective_config(config);
   return config;
 }

@@ -25,6 +25,8 @@ ReproduceConfig parse_reproduce_config(const JsonCursor& cursor) {
   if (const auto printed = cursor.find("as_printed")) {
     config.printed_pieces = read_pieces(*printed, &config.pieces);
     config.printed_pipeline = read_pipeline(*printed, config.pipeline);
+    if (config.printed_pipeline.nonlinearities == 0)
+      printed->at("pipeline").at("nonlinearities").fail("at least 1, as linear and nonlinear models are compared here");
     printed->done();
   }
   config.printed_pipeline.refine_iterations = 0;  // the paper has no joint refinement

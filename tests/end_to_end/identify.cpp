@@ -3,7 +3,10 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <numeric>
+#include <utility>
 
+#include "core/base/random.hpp"
 #include "core/data/metrics.hpp"
 #include "core/data/table.hpp"
 #include "tests/support/plants.hpp"
@@ -113,6 +116,42 @@ TEST_CASE("a model identified from generated records follows the validation reco
   CHECK_THAT(beyond.err, Contains("road leaves the training range"));
 }
 
+TEST_CASE(
+    "without pieces in the config a quarter car is identified to the noise at any rate, with an input that is late",
+    "[slow]") {
+  for (const auto& [rate, late] : {std::pair<Index, Index>{125, 0}, {400, 6}}) {
+    const Folder folder;
+    Json generate = Json::parse(R"({"plant": "plant.json", "noise_snr_db": 40, "records": [
+      {"role": "estimation", "duration_s": 16, "drive": {"name": "band_limited_noise", "rms": 0.012}},
+      {"role": "validation", "duration_s": 8, "drive": {"name": "band_limited_noise", "rms": 0.012}}]})");
+    generate["sampling_hz"] = rate;
+    write_json(folder / "generate.json", generate);
+    Json plant = parse_json(quarter_car_text, "plant.json");
+    plant["inputs"][0]["hold_hz"] = 1000 / std::gcd<Index>(1000, rate) * rate;
+    write_json(folder / "plant.json", plant);
+    REQUIRE(run_program("generate " + quoted(folder / "generate.json") + " --quiet --out " + quoted(folder / "data"))
+                .status == 0);
+    for (const char* name : {"estimation_1.csv", "validation_1.csv"}) {
+      Table table = read_table(folder / "data" / name);
+      const Index road = table.find("road"), N = table.columns.cols();
+      const Matrix earlier = table.columns.row(road);
+      table.columns.row(road).leftCols(N - late) = earlier.rightCols(N - late);
+      table.columns.conservativeResize(Eigen::NoChange, N - late);
+      write_table(folder / "data" / name, table);
+    }
+    write_json(folder / "config.json", Json::parse(R"({"inputs": [{"name": "road"}],
+      "outputs": [{"name": "travel"}, {"name": "body_acc"}, {"name": "wheel_acc"}]})"));
+    const Said said = identify(folder);
+    INFO(said.err + said.out);
+    CAPTURE(rate, late);
+    REQUIRE(said.status == 0);
+    const Json model = parse_json(read_file(folder / "model.json"), "model.json");
+    CHECK(std::abs(model.at("inputs").at(0).at("delay_samples").get<double>() - static_cast<double>(late)) <=
+          (late > 0 ? 2 : 0));
+    for (const Json& nrmse : model.at("scores").at("records").at(1).at("nrmse")) CHECK(nrmse.get<double>() < 0.0125);
+  }
+}
+
 TEST_CASE("a plant simulates its own records again, beyond its end stop nothing is written and the status is 1") {
   const Folder folder;
   prepare(folder);
@@ -156,6 +195,12 @@ TEST_CASE("a bad config ends with status 2 and one line with file and path, no m
   CHECK_THAT(refused([](Json& c) { c["subspace"]["block_rows"] = 1; }), Contains("$.subspace.block_rows"));
   CHECK_THAT(refused([](Json& c) { c["pipeline"]["nonlinearities"] = 3; }),
              Contains("$.pipeline.nonlinearities") && Contains("assumption 2"));
+  CHECK_THAT(refused([](Json& c) { c["linear"] = {{"max_order", 5}}; }), Contains("subspace") && Contains("linear"));
+  CHECK_THAT(refused([](Json& c) {
+               c.erase("subspace");
+               c["linear"] = {{"max_ordre", 5}};
+             }),
+             Contains("max_ordre") && Contains("max_order"));
   CHECK_THAT(refused([](Json& c) {
                c["order"] = 4;
                c["pipeline"]["order"] = 5;
@@ -188,6 +233,33 @@ TEST_CASE("a record that cannot carry the identification is refused with the num
   CHECK_THAT(refused([&](Table& t) { t.columns.row(t.find("body_acc")).setConstant(9.81); }),
              Contains("\"body_acc\" constant"));
   CHECK_THAT(refused([](Table&) {}, 120), Contains("120") && Contains("block rows"));
+}
+
+TEST_CASE("without a piece for step 1 a drive of one sine in noise and collinear inputs are refused by name") {
+  const Folder folder;
+  prepare(folder);
+  Random random(5, Stream::noise);
+  const auto refused = [&](const std::string& config, const std::function<void(Table&)>& edit) {
+    write_json(folder / "config.json", parse_json(config, "config.json"));
+    write_record(folder, edit);
+    const Said said = identify(folder, "bad/records.json");
+    CHECK(said.status == 2);
+    CHECK(said.lines() == 1);
+    CHECK_FALSE(std::filesystem::exists(folder / "model.json"));
+    return said.err;
+  };
+  CHECK_THAT(refused(R"({"inputs": [{"name": "road"}], "outputs": [{"name": "travel"}]})",
+                     [&](Table& t) {
+                       for (Index k = 0; k < t.columns.cols(); ++k) {
+                         const double turn = 0.05 * static_cast<double>(k);
+                         t.columns(t.find("road"), k) = std::sin(turn) + 1e-3 * random.normal();
+                         t.columns(t.find("travel"), k) = 0.3 * std::sin(turn - 1) + 1e-2 * random.normal();
+                       }
+                     }),
+             Contains("one sine") && Contains("record.csv"));
+  CHECK_THAT(refused(R"({"inputs": [{"name": "road"}, {"name": "travel"}], "outputs": [{"name": "body_acc"}]})",
+                     [&](Table& t) { t.columns.row(t.find("travel")) = -2 * t.columns.row(t.find("road")); }),
+             Contains("collinear") && Contains("\"travel\""));
 }
 
 TEST_CASE("help teaches, unknown commands and options are refused with what is known") {
