@@ -27,7 +27,7 @@ for program in "$build"/tests/fuzz/fuzz_*; do
   target=${program##*/fuzz_}
   [[ -f $program && -x $program && $target != corpus ]] || continue
   echo "$target, $seconds s"
-  "$program" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -max_len=65536 -print_final_stats=1 -verbosity=0 \
+  "$program" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -max_len=65536 -print_final_stats=1 -verbosity=0 -print_funcs=0 \
     -artifact_prefix="$build/findings/$target-" "$build/corpus/$target" 2>&1 |
     grep -a -v -e '^"' -e '^######' -e '^INFO' -e '^stat::\(average\|new_units\|slowest\|peak\)' || exit 1
 done
