@@ -28,6 +28,9 @@ void add_peers();
 /// Registers the training of a small network beside Ceres, where this is installed.
 void add_training();
 
+/// Registers whole diagnoses and plans of growing size, and the memory that each takes at its peak.
+void add_memory();
+
 /// Registers the stepping of a quarter car: one simulation, four side by side, and one with its sensitivities.
 void add_stepping();
 

@@ -53,6 +53,7 @@ int main(int argc, char** argv) {
   bench::add_peers();
   bench::add_training();
   bench::add_stepping();
+  bench::add_memory();
   int count = static_cast<int>(passed.size());
   benchmark::Initialize(&count, passed.data());
   if (benchmark::ReportUnrecognizedArguments(count, passed.data())) return 2;

@@ -68,35 +68,43 @@ double RatioReporter::median_of(const std::string& name) const {
 }
 
 Json RatioReporter::complexity() const {
-  // By WHAT, VARIANT and the rest of the case: size and time.
-  std::map<std::tuple<std::string, std::string, std::string>, std::map<double, double>> series;
+  // By quantity, WHAT, VARIANT and the rest of the case: size and value.
+  std::map<std::tuple<std::string, std::string, std::string, std::string>, std::map<double, double>> series;
   for (const std::string& name : order_) {
     const Name parts = split(name);
     const std::optional<Size> size = size_of(parts.of);
-    if (const double ms = median_of(name); size && ms > 0)
-      series[{parts.what, parts.variant, size->rest}][size->value] = ms;
+    if (!size) continue;
+    if (const double ms = median_of(name); ms > 0)
+      series[{"time", parts.what, parts.variant, size->rest}][size->value] = ms;
+    const Measured& one = measured_.at(name);
+    if (const auto peak = one.counters.find("peak_mb"); peak != one.counters.end() && peak->second > 0)
+      series[{"peak_mb", parts.what, parts.variant, size->rest}][size->value] = peak->second;
   }
   Json list = Json::array();
-  fmt::print("\n{:<34} {:<24} {:<14} {:<20} {:>8}\n", "time grows as size^exponent", "variant", "case", "sizes",
+  fmt::print("\n{:<8} {:<34} {:<24} {:<14} {:<20} {:>8}\n", "grows", "as size^exponent", "variant", "case", "sizes",
              "exponent");
   for (const auto& [key, points] : series) {
     if (points.size() < 3) continue;
-    const auto& [what, variant, rest] = key;
+    const auto& [quantity, what, variant, rest] = key;
     double x = 0, y = 0, xx = 0, xy = 0;
     const auto count = static_cast<double>(points.size());
-    for (const auto& [size, ms] : points) {
+    for (const auto& [size, value] : points) {
       x += std::log(size) / count;
-      y += std::log(ms) / count;
+      y += std::log(value) / count;
     }
-    for (const auto& [size, ms] : points) {
+    for (const auto& [size, value] : points) {
       xx += (std::log(size) - x) * (std::log(size) - x);
-      xy += (std::log(size) - x) * (std::log(ms) - y);
+      xy += (std::log(size) - x) * (std::log(value) - y);
     }
     const double least = points.begin()->first, largest = points.rbegin()->first;
-    fmt::print("{:<34} {:<24} {:<14} {:<20} {:>8.2f}\n", what, variant, rest,
+    fmt::print("{:<8} {:<34} {:<24} {:<14} {:<20} {:>8.2f}\n", quantity, what, variant, rest,
                fmt::format("{:g} to {:g}", least, largest), xy / xx);
-    list.push_back(
-        {{"what", what}, {"variant", variant}, {"case", rest}, {"sizes", {least, largest}}, {"exponent", xy / xx}});
+    list.push_back({{"quantity", quantity},
+                    {"what", what},
+                    {"variant", variant},
+                    {"case", rest},
+                    {"sizes", {least, largest}},
+                    {"exponent", xy / xx}});
   }
   return list;
 }

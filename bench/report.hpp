@@ -25,9 +25,10 @@ class RatioReporter : public benchmark::BenchmarkReporter {
   /// {"median", "q05", "q95"}, "repetitions", counters ..., "ratio"}]`
   Json finish();
 
-  /// How the time grows with the first size of a case ("N=20k s=20" with N, "n=010" with n): the least-squares slope of
-  /// log(median) over log(size), where there are three sizes at least. Prints a table.
-  /// @return `[{"what", "variant", "case", "sizes": [least, largest], "exponent"}]`
+  /// How the time, and the counter "peak_mb" where there is one, grows with the first size of a case ("N=20k s=20" with
+  /// N, "n=010" with n): the least-squares slope of log(median) over log(size), where there are three sizes at least.
+  /// Prints a table.
+  /// @return `[{"quantity": "time" or "peak_mb", "what", "variant", "case", "sizes": [least, largest], "exponent"}]`
   Json complexity() const;
 
  private:
