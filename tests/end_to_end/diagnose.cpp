@@ -289,6 +289,7 @@ TEST_CASE("an effect that shows only beside another one is named alone where it 
   measure(folder, nominal, truth, 0.012, 0, 1, 40);
   std::string out;
   const Json d = diagnosis(folder, out);
+  INFO(out);
   CHECK(d.at("where").at("location") == "mount");
   CHECK(d.at("which").at("named").size() == 1);
   CHECK(d.at("how_far").at("closure").get<double>() > 0.8);

@@ -138,14 +138,13 @@ TEST_CASE("of several drives the one of another unit or sign is told, and gain e
     fit.error.push_back(made - records[0].y);
     return gross_faults(fit, records);
   };
-  for (const double factor : {-0.6, -1.0, 10.0}) {
+  for (const double factor : {-0.6, -1.0, 0.4}) {
     CAPTURE(factor);
     const std::vector<InstrumentFault> push = faults_of(1, factor), road = faults_of(factor, 1);
     REQUIRE(push.size() == 1);
     CHECK(push[0].location == "actuator:push");
     CHECK(push[0].value == Approx(factor).margin(0.1 * std::abs(factor)));
     CHECK_THAT(fault_message(push), Contains("push acts"));
-    if (std::abs(factor) > 5) continue;  // a road that large leaves the plant's travel
     REQUIRE(road.size() == 1);
     CHECK(road[0].location == "actuator:road");
     CHECK(road[0].value == Approx(factor).margin(0.15 * std::abs(factor)));

@@ -137,7 +137,7 @@ std::vector<std::size_t> not_told_from(const PlantFit& fit, std::size_t paramete
   std::vector<std::size_t> with;
   const auto i = static_cast<Index>(parameter), count = static_cast<Index>(tolerances);
   if (fit.jacobian.cols() < count || fit.theta.size() <= i) return with;
-  Matrix H = fit.jacobian.transpose() * fit.jacobian;
+  Matrix H = fit.layout.gram(fit.jacobian);
   // Initial states have a prior around rest, parameters none; round-off of the rest keeps the factor from breaking
   // down.
   H.diagonal().tail(H.rows() - fit.theta.size()) += fit.precision.tail(H.rows() - fit.theta.size());
