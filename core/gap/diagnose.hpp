@@ -55,8 +55,8 @@ struct Diagnosis {
   Verdict verdict;
   FollowUp follow_up;
   std::vector<Spike> spikes;  ///< bad samples of the records, bridged before anything was asked
-  Plant plant;          ///< with the answer
-  Plant retuned_plant;  ///< re-tuned inside the tolerances, without any effect
+  Plant plant;                ///< with the answer
+  Plant retuned_plant;        ///< re-tuned inside the tolerances, without any effect
 };
 
 /// What a suspect (of this diagnosis) contributes to the closure of the answer; NaN if it is not one of several named.

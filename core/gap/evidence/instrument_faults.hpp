@@ -16,15 +16,16 @@ namespace wheelhop {
 ///               for metres, g for m/s^2, a sensor upside down. Of the drive where two or more channels, and no other,
 ///               are off alike; of the sensors where all channels are accelerometers off by the factor of g
 ///   gain_error  of one of several drives, before sensors are looked at: the factors g of the drives that fit all
-///               channels best, min over g of sum_j |y_j - sum_i g_i y_ij|^2 / |y_j|^2 about the means, y_ij the reading of
-///               channel j under drive i alone; where they explain 0.8^2 of all channels, those outside 1/2 ... 2
-///               without which a twentieth would be left unexplained
+///               channels best, min over g of sum_j |y_j - sum_i g_i y_ij|^2 / |y_j|^2 about the means, y_ij the
+///               reading of channel j under drive i alone; where they explain 0.8^2 of all channels, those outside 1/2
+///               ... 2 without which a twentieth would be left unexplained
 ///   bias        of an accelerometer: more than half of its squared error, and a quarter of the RMS of its motion.
 ///               Nothing that stays in place has a mean acceleration, so that no plant can explain it
 ///   clock_skew  where no factor is off: all channels together lie later and later behind the plant, or before it, by
 ///               three samples or more over the record
 /// @param fit of the plant as delivered over `records`
-/// Cost: of several drives a simulation each, of the clock two FFTs a channel and record, of all else one pass over the samples.
+/// Cost: of several drives a simulation each, of the clock two FFTs a channel and record, of all else one pass over the
+/// samples.
 std::vector<InstrumentFault> gross_faults(const PlantFit& fit, const std::vector<FitRecord>& records);
 
 }  // namespace wheelhop

@@ -177,7 +177,7 @@ struct FreedEvidence {
   /// Tolerances that would have to move with it for the outputs to stay as they are, where the records do not tell it
   /// from them: only ratios of masses, stiffnesses and damping show where no force is measured. Empty where they do.
   std::vector<std::size_t> not_told_from;
-  std::vector<double> z;      ///< leave-prior-out, of all tolerances; empty where the fit was not linearised
+  std::vector<double> z;  ///< leave-prior-out, of all tolerances; empty where the fit was not linearised
   template <class V>
   void fields(V&& visit) {
     visit("tolerance", tolerance);

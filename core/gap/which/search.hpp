@@ -21,15 +21,15 @@ struct SearchEffort {
   Index fits = 10;            ///< quick fits of singles
   double leaves_much = 0.06;  ///< of the gap that the best of these leaves, from which others are fitted that the
                               ///< screen expects less of: as `worth_second`
-  Index finished = 4;              ///< of these, the best that are fitted on to the end
-  double freeing_z = 2;            ///< z of a parameter from which parameters are fitted without their tolerances
-  double freed_z = 1;              ///< and of those that then are
-  double stands_out = 0.5;         ///< probability of one parameter to stand out, from which it is
-  double beside_z = 3;             ///< z of a parameter beside an effect, from which it is set free
-  Index beside = 2;                ///< parameters set free beside an effect, at most
-  std::size_t firsts = 2;          ///< effects to which a second one is tried
-  Index second_fits = 5;           ///< quick fits of a second effect to each
-  double second_worth = 0.2;       ///< screened gain over the best one's, below which a second effect is not fitted
+  Index finished = 4;         ///< of these, the best that are fitted on to the end
+  double freeing_z = 2;       ///< z of a parameter from which parameters are fitted without their tolerances
+  double freed_z = 1;         ///< and of those that then are
+  double stands_out = 0.5;    ///< probability of one parameter to stand out, from which it is
+  double beside_z = 3;        ///< z of a parameter beside an effect, from which it is set free
+  Index beside = 2;           ///< parameters set free beside an effect, at most
+  std::size_t firsts = 2;     ///< effects to which a second one is tried
+  Index second_fits = 5;      ///< quick fits of a second effect to each
+  double second_worth = 0.2;  ///< screened gain over the best one's, below which a second effect is not fitted
   double second_screened = 0.025;  ///< share of what is left that the screen must expect of a second effect: of a mode
                                    ///< it knows a wrong frequency alone
   double far_behind = 3;           ///< of what the best first effect leaves, beyond which another is no part of a pair
