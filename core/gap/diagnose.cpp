@@ -231,6 +231,12 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   Candidates pairs = find_pairs(search, changes, evidence, singles);
   evidence.pairs = pairs.evidence;
   diagnosis.verdict = decide(evidence, options.thresholds);
+  if (is_unnamed(diagnosis.verdict) && add_less_expected(search, diagnosis.floor.colour, singles)) {
+    evidence.singles = singles.evidence;
+    pairs = find_pairs(search, changes, evidence, singles);
+    evidence.pairs = pairs.evidence;
+    diagnosis.verdict = decide(evidence, options.thresholds);
+  }
   if (is_place(diagnosis.verdict)) {
     evidence.motion = motion_shares(retuned.fit, data.fitted, evidence.places, options.thresholds.elsewhere);
     diagnosis.verdict = decide(evidence, options.thresholds);

@@ -420,7 +420,7 @@ Verdict decide(const Evidence& evidence, const Thresholds& thresholds) {
     return verdict;
   }
   verdict = decide_gap(evidence, thresholds);
-  if (is_place(verdict) || is<Insufficient>(verdict)) {
+  if (is_unnamed(verdict)) {
     const std::string faults = fault_message(evidence.gross_faults);
     if (!faults.empty()) verdict.message = faults + (verdict.message.empty() ? "" : "; " + verdict.message);
   }

@@ -93,5 +93,7 @@ bool is(const Verdict& verdict) {
 inline bool is_place(const Verdict& verdict) {
   return is<AtPlace>(verdict) || is<AtTwoPlaces>(verdict) || is<Exogenous>(verdict);
 }
+/// True of answers that leave a gap without a name.
+inline bool is_unnamed(const Verdict& verdict) { return is_place(verdict) || is<Insufficient>(verdict); }
 
 }  // namespace wheelhop

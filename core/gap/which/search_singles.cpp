@@ -11,23 +11,9 @@
 namespace wheelhop {
 namespace {
 
-/// Where no effect that the screen expects much of explains the gap, the screen was wrong: it is linear, around a plant
-/// that may be bent to its ends by what is missing. Then as many others are fitted, the best of a screen around the
-/// plant as delivered where re-tuning stopped.
-void add_less_expected(const Search& search, double least, std::vector<Hypothesis>& singles) {
-  const double gap = search.retuned.chi2 - search.study.data.samples;
-  if (singles.empty() || singles.front().chi2 - search.study.data.samples < search.effort.leaves_much * gap) return;
-  const bool bent = stopped(search.retuned.fit, static_cast<Index>(search.study.tolerances.size()));
-  std::vector<Hypothesis> more = extend(search.study, search.retuned,
-                                        {.shortlist = search.effort.fits,
-                                         .forms = 1,
-                                         .worth = 0,
-                                         .least = least,
-                                         .around = bent ? &search.delivered.fit : nullptr,
-                                         .tried = &singles});
-  std::move(more.begin(), more.end(), std::back_inserter(singles));
-  std::stable_sort(singles.begin(), singles.end(),
-                   [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; });
+/// What the screen must expect of the best candidate for any to be fitted, in chi-square.
+double least_expected(const Search& search, double colour) {
+  return search.effort.screened * search.thresholds.notice * colour;
 }
 
 std::vector<double> leading(const Vector& values, std::size_t count) {
@@ -91,12 +77,34 @@ void add_linearisation(const Search& search, const Hypothesis& hypothesis, Candi
 
 Candidates find_singles(const Search& search, double colour, Changes& changes) {
   Candidates singles;
-  const double least = search.effort.screened * search.thresholds.notice * colour;
-  singles.fits = extend(search.study, search.retuned, {.shortlist = search.effort.fits, .least = least}, {}, &changes);
-  add_less_expected(search, least, singles.fits);
+  singles.fits = extend(search.study, search.retuned,
+                        {.shortlist = search.effort.fits, .least = least_expected(search, colour)}, {}, &changes);
   finish(search.study, search.retuned.chi2, static_cast<std::size_t>(search.effort.finished), singles.fits);
   for (const Hypothesis& single : singles.fits) singles.evidence.push_back(evidence_of(search, single));
   return singles;
+}
+
+bool add_less_expected(const Search& search, double colour, Candidates& singles) {
+  const double floor = search.study.data.samples;
+  const double gap = search.retuned.chi2 - floor;
+  const auto by_chi2 = [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; };
+  const auto best = std::min_element(singles.fits.begin(), singles.fits.end(), by_chi2);
+  if (best == singles.fits.end() || best->chi2 - floor < search.effort.leaves_much * gap) return false;
+  const bool bent = stopped(search.retuned.fit, static_cast<Index>(search.study.tolerances.size()));
+  std::vector<Hypothesis> more = extend(search.study, search.retuned,
+                                        {.shortlist = search.effort.fits,
+                                         .forms = 1,
+                                         .worth = 0,
+                                         .least = least_expected(search, colour),
+                                         .around = bent ? &search.delivered.fit : nullptr,
+                                         .tried = &singles.fits});
+  if (more.empty()) return false;
+  std::move(more.begin(), more.end(), std::back_inserter(singles.fits));
+  std::stable_sort(singles.fits.begin(), singles.fits.end(), by_chi2);
+  finish(search.study, search.retuned.chi2, static_cast<std::size_t>(search.effort.finished), singles.fits);
+  singles.evidence.clear();
+  for (const Hypothesis& single : singles.fits) singles.evidence.push_back(evidence_of(search, single));
+  return true;
 }
 
 std::vector<std::size_t> parameters_to_free(const Search& search, const Evidence& evidence) {
