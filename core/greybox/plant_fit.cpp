@@ -94,12 +94,19 @@ std::vector<FitRecord> remembered_part(const Plant& plant, std::vector<FitRecord
   return records;
 }
 
+/// The part of a record's drive that its compared readings depend on.
+Matrix drive_until_end(const Plant& plant, const FitRecord& record) {
+  const Index read = drive_samples_read(plant, record.y.cols() * record.ratio);
+  const Index whole = (read + record.ratio - 1) / record.ratio * record.ratio;
+  return record.drive.leftCols(std::min(whole, record.drive.cols()));
+}
+
 /// r of a record. False if the simulation failed.
 bool residual_of(const Simulation& result, const FitRecord& record, VectorRef r) {
   if (result.status != Status::ok) return false;
   const Index kept = record.y.cols() - record.skip;
-  r.reshaped(record.y.rows(), kept) =
-      record.weight_std.cwiseInverse().asDiagonal() * (result.outputs - record.y).rightCols(kept);
+  r.reshaped(record.y.rows(), kept) = record.weight_std.cwiseInverse().asDiagonal() *
+                                      (result.outputs.leftCols(record.y.cols()) - record.y).rightCols(kept);
   return r.allFinite();
 }
 
@@ -110,7 +117,7 @@ bool run_records(const Plant& plant, const std::vector<FitRecord>& records, cons
   std::vector<SimulationTask> tasks;
   drives.reserve(records.size());
   for (std::size_t i = 0; i < records.size(); ++i) {
-    drives.push_back(records[i].drive.leftCols(records[i].y.cols() * records[i].ratio));
+    drives.push_back(drive_until_end(plant, records[i]));
     tasks.push_back({&plant, &drives.back(), run_options(plant, records[i], initial_states[i])});
   }
   const std::vector<Simulation> runs = simulate_measured_side_by_side(tasks);
@@ -284,11 +291,12 @@ class PlantProblem final : public ResidualProblem {
         variations.push_back(std::move(variation));
       }
       const VariedSimulation there =
-          simulate_varied(plant, record.drive.leftCols(record.y.cols() * record.ratio),
-                          run_options(plant, record, initial_state(theta, i)), std::move(variations));
+          simulate_varied(plant, drive_until_end(plant, record), run_options(plant, record, initial_state(theta, i)),
+                          std::move(variations));
       if (!residual_of(there.simulation, record, r)) return false;
       for (std::size_t k = 0; k < asked.size(); ++k) {
-        const Matrix values = record.weight_std.cwiseInverse().asDiagonal() * there.outputs[k].rightCols(kept);
+        const Matrix values =
+            record.weight_std.cwiseInverse().asDiagonal() * there.outputs[k].middleCols(record.skip, kept);
         put(asked[k], values);
         if (!there.defined[k] || !values.allFinite()) left.push_back(asked[k]);
       }

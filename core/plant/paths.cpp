@@ -117,6 +117,15 @@ Vector resample_on_grid(ConstVectorRef u, double delay_samples, double skew, Ind
   return result;
 }
 
+Index drive_samples_read(const Plant& plant, Index count) {
+  const auto interpolates = [](const PlantInput& input) {
+    return input.path.delay_s != 0 || input.path.sampling_phase != 0;
+  };
+  const bool between = plant.clock_skew != 0 || std::any_of(plant.inputs.begin(), plant.inputs.end(), interpolates);
+  const double faster = std::ceil(static_cast<double>(count) * std::max(plant.clock_skew, 0.0));
+  return count + (between ? static_cast<Index>(faster) + half_width : 0);
+}
+
 Vector apply_lag(const Lag& lag, ConstVectorRef u, double rate_hz) {
   Vector y = u;
   if (u.size() == 0) return y;

@@ -128,6 +128,10 @@ bool same_drive_paths(const Plant& a, const Plant& b);
 /// m x N, or empty. @param felt of apply_drive_paths
 Matrix drive_at_samples(const Plant& plant, ConstMatrixRef felt);
 
+/// Samples of a drive, at the hold rate, on which the first `count` that the plant feels depend: a clock that runs fast
+/// reads further on, and a delay interpolates.
+Index drive_samples_read(const Plant& plant, Index count);
+
 /// Readings as a record holds them. @param ideal p x N at `rate_hz`, the first column at the record's first sample.
 Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_hz);
 /// What the converters make of readings, the end of the range and the rounding alone, and the plant without these:

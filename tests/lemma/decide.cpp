@@ -289,6 +289,18 @@ TEST_CASE("gross faults that were corrected are named before the answer, and are
   CHECK(closure_of_retuning(corrected(friction())) < 0);  // of the plant without the correction
 }
 
+TEST_CASE("what interpolation onto another clock makes of a gap has no name beside that clock") {
+  Evidence evidence = friction();
+  evidence.correction.faults = {{"clock_skew", "timebase", "linear", {{"timebase.clock_skew", 0.005, 1e-6}}, {}}};
+  evidence.correction.retuned_without = stage_at(1000);
+  const double gap = evidence.retuned_chi2 / evidence.samples - 1;
+  evidence.correction.interpolation = 0.9 * gap;
+  CHECK(decide(evidence).named == Names{"clock_skew@timebase", "coulomb_friction@suspension"});
+  evidence.correction.interpolation = 1.1 * gap;
+  CHECK(decide(evidence).named == Names{"clock_skew@timebase"});
+  CHECK(is<Instruments>(decide(evidence)));
+}
+
 TEST_CASE("faults go into the plant only where they explain what re-tuning does not") {
   const Thresholds thresholds;
   CHECK(faults_explain(50000, 12000, 10000, 1, thresholds));

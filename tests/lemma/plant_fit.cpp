@@ -75,6 +75,27 @@ TEST_CASE("parameters moved inside their tolerances are found again, and the mis
   CHECK(model_error.norm() < 0.1 * (m.record.y - m.clean).norm());
 }
 
+TEST_CASE("of a record that is compared up to a sample, a clock that runs at another rate reads the drive behind it") {
+  for (const double skew : {0.005, -0.005, 0.01}) {
+    CAPTURE(skew);
+    Plant truth = plant_from(quarter_car_text);
+    truth.clock_skew = skew;
+    Measurement m = measure(truth, 10, 0.003, 0.01, 516);
+    m.record.y.conservativeResize(Eigen::NoChange, m.record.y.cols() * 39 / 40);
+    const auto solver = make_levenberg_marquardt({});
+    const std::vector<FitParameter> clock = {{"timebase.clock_skew", 1e-4, 0}};
+    Plant nominal = truth;
+    nominal.clock_skew = 0.999 * skew;
+    PlantFit fit = fit_plant(nominal, clock, {m.record}, *solver, {.iterations = 10, .linearise = false});
+    REQUIRE(fit.error.size() == 1);
+    CHECK(fit.misfit == Approx(1).epsilon(0.06));
+    CHECK(fit.plant.clock_skew == Approx(skew).epsilon(1e-4));
+    const Vector residual = fit.residual;
+    REQUIRE(linearise(fit, clock, {m.record}));
+    CHECK((fit.residual - residual).norm() < 1e-6 * residual.norm());
+  }
+}
+
 TEST_CASE("a damper on a dynamometer, with no mass and no state, is fitted to the force that it was measured with") {
   const Plant nominal = plant_from(R"({
     "name": "dynamometer",

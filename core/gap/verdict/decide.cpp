@@ -368,8 +368,10 @@ Verdict decide_gap(const Evidence& evidence, const Thresholds& thresholds) {
   Contest contest = contest_of(evidence, thresholds);
   const bool small = gap_left(evidence) <= thresholds.too_small;
   // A correction is as inexact as its form, of a clock or a factor, and a small gap beside it has no name.
+  const CorrectionEvidence& correction = evidence.correction;
+  const bool inexact = small || gap_left(evidence) <= correction.interpolation;
   const bool seen = contest.effect_seen || contest.parameter_seen;
-  if (!seen || (small && !evidence.correction.faults.empty())) {
+  if (!seen || (inexact && !correction.faults.empty())) {
     if (small && one_stands_out(c, verdict)) {
       verdict.row = "1a";
       verdict.why = "one parameter is off, and all others are nearer to their values";
@@ -377,7 +379,7 @@ Verdict decide_gap(const Evidence& evidence, const Thresholds& thresholds) {
     }
     if (const Index lattice = rounding_seen(evidence, thresholds); lattice >= 0)
       return decide_rounding(evidence, thresholds, static_cast<std::size_t>(lattice), std::move(verdict));
-    if (small) {
+    if (inexact) {
       verdict.answer = NoGap{};
       verdict.row = "1c";
       verdict.why = "nothing gains more than chance does";

@@ -236,6 +236,7 @@ struct CorrectionEvidence {
   double chi2_without = 0;             ///< of that plant
   Closure closure;                     ///< of what that plant leaves, by the faults alone
   Closure closure_with_answer;         ///< likewise, by the faults and the answer beside them
+  double interpolation = 0;            ///< reduced chi2 that putting readings of a wrong clock onto its grid makes
   template <class V>
   void fields(V&& visit) {
     visit("faults", faults);
@@ -243,6 +244,7 @@ struct CorrectionEvidence {
     visit("chi2_without", chi2_without);
     visit("closure", closure);
     visit("closure_with_answer", closure_with_answer);
+    visit("interpolation", interpolation);
   }
 };
 
