@@ -128,6 +128,17 @@ Evidence evidence_of_stages(const Study& study, const NoiseFloor& floor, const H
   return evidence;
 }
 
+/// True if an answer has no name, or if its effects leave more than a share of the gap on all records or on the
+/// held-out ones.
+bool leaves_much(const Evidence& evidence, const Verdict& verdict, double share) {
+  if (is_unnamed(verdict)) return true;
+  const auto* effects = std::get_if<Effects>(&verdict.answer);
+  if (!effects) return false;
+  const CandidateEvidence& answer = candidate_of(evidence, *effects);
+  return answer.chi2 - evidence.samples > share * (evidence.retuned_chi2 - evidence.samples) ||
+         answer.closure.value < 1 - share;
+}
+
 /// The hypothesis behind an answer that is a plant; null for one that is none.
 Hypothesis* hypothesis_of(const Verdict& verdict, Candidates& singles, Candidates& pairs, FreedParameters& freed) {
   if (const auto* effects = std::get_if<Effects>(&verdict.answer))
@@ -231,7 +242,8 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   Candidates pairs = find_pairs(search, changes, evidence, singles);
   evidence.pairs = pairs.evidence;
   diagnosis.verdict = decide(evidence, options.thresholds);
-  if (is_unnamed(diagnosis.verdict) && add_less_expected(search, diagnosis.floor.colour, singles)) {
+  if (leaves_much(evidence, diagnosis.verdict, options.effort.leaves_much) &&
+      add_less_expected(search, diagnosis.floor.colour, singles)) {
     evidence.singles = singles.evidence;
     pairs = find_pairs(search, changes, evidence, singles);
     evidence.pairs = pairs.evidence;

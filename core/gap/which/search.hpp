@@ -97,7 +97,7 @@ void add_linearisation(const Search& search, const Hypothesis& hypothesis, Candi
 /// @param changes out, what candidates change around the re-tuned plant, as of `screen`
 Candidates find_singles(const Search& search, double colour, Changes& changes);
 
-/// Fits as many effects again that the screen expects less of, for gaps to which no name was found. The screen is
+/// Fits as many effects again that the screen expects less of, for gaps that no answer explained. The screen is
 /// linear, around a plant that may be bent to its ends by what is missing; where re-tuning stopped at such ends, these
 /// are the best of a screen around the plant as delivered.
 /// @param singles gets them, in their order   @return false if the best of the old ones leaves less than `leaves_much`
