@@ -128,15 +128,19 @@ Evidence evidence_of_stages(const Study& study, const NoiseFloor& floor, const H
   return evidence;
 }
 
-/// True if an answer has no name, or if its effects leave more than a share of the gap on all records or on the
-/// held-out ones.
-bool leaves_much(const Evidence& evidence, const Verdict& verdict, double share) {
-  if (is_unnamed(verdict)) return true;
+/// True if more candidates are worth their time: where an answer has no name and no single effect explains the gap, or
+/// where an answer's effects leave more than a share of the gap, on all records or on the held-out ones, or bend a
+/// parameter as far as it goes.
+bool explains_little(const Evidence& evidence, const Verdict& verdict, double share) {
+  const double gap = evidence.retuned_chi2 - evidence.samples;
+  const auto leaves = [&](const CandidateEvidence& own) { return own.chi2 - evidence.samples > share * gap; };
+  if (is_unnamed(verdict)) return std::all_of(evidence.singles.begin(), evidence.singles.end(), leaves);
   const auto* effects = std::get_if<Effects>(&verdict.answer);
   if (!effects) return false;
   const CandidateEvidence& answer = candidate_of(evidence, *effects);
-  return answer.chi2 - evidence.samples > share * (evidence.retuned_chi2 - evidence.samples) ||
-         answer.closure.value < 1 - share;
+  const bool bent =
+      std::any_of(answer.theta.begin(), answer.theta.end(), [](double own) { return std::abs(own) > kAtEnd; });
+  return bent || leaves(answer) || answer.closure.value < 1 - share;
 }
 
 /// The hypothesis behind an answer that is a plant; null for one that is none.
@@ -239,16 +243,19 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   FreedParameters freed = free_parameters(search, parameters_to_free(search, evidence));
   evidence.freed = freed.evidence;
   evidence.lattices = lattices_of(study, retuned, diagnosis.floor);
-  Candidates pairs = find_pairs(search, changes, evidence, singles);
-  evidence.pairs = pairs.evidence;
-  diagnosis.verdict = decide(evidence, options.thresholds);
-  if (leaves_much(evidence, diagnosis.verdict, options.effort.leaves_much) &&
-      add_less_expected(search, diagnosis.floor.colour, singles)) {
+  Candidates pairs;
+  const auto judge = [&] {
     evidence.singles = singles.evidence;
+    evidence.pairs.clear();
     pairs = find_pairs(search, changes, evidence, singles);
     evidence.pairs = pairs.evidence;
     diagnosis.verdict = decide(evidence, options.thresholds);
-  }
+  };
+  judge();
+  if (explains_little(evidence, diagnosis.verdict, options.effort.leaves_much) &&
+      add_less_expected(search, diagnosis.floor.colour, singles))
+    judge();
+  if (is<Effects>(diagnosis.verdict) && refine_named(search, diagnosis.verdict, singles)) judge();
   if (is_place(diagnosis.verdict)) {
     evidence.motion = motion_shares(retuned.fit, data.fitted, evidence.places, options.thresholds.elsewhere);
     diagnosis.verdict = decide(evidence, options.thresholds);

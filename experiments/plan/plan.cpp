@@ -143,6 +143,7 @@ int run_plan(const PlanRequest& request) {
     Operation operation;
     operation_of(plant, planned.records, {}, operation);
     std::vector<EffectCandidate> candidates = effect_candidates(plant, operation);
+    std::erase_if(candidates, [](const EffectCandidate& candidate) { return !candidate.refines.empty(); });
     for (EffectCandidate& candidate : candidates) candidate = at_typical_size(std::move(candidate));
     plan = plan_test(plant, planned.records, planned.repeats, candidates, {}, [&](const std::string& what) {
       if (!request.quiet) std::fprintf(stderr, "plan: %s\n", what.c_str());

@@ -211,7 +211,7 @@ TEST_CASE("places of laws: all elements, and a guide for each mass that neither 
   CHECK(same.mass == "wheel");
   CHECK(same.operation.force_rms_n == Approx(c.operation.guides[1].force_rms_n).epsilon(0.3));
   const EffectCandidate second =
-      with_law(first.plant, same, "hysteresis", "", "bouc_wen", {20, 0.001, 1, 0.5}, {{"force_n", 1}});
+      with_law(first.plant, same, "hysteresis", "", "bouc_wen", {20, 0.001, 1, 0.5, 0}, {{"force_n", 1}});
   CHECK(second.location == "guide:wheel");
   CHECK(second.plant.elements.size() == first.plant.elements.size());
   CHECK(second.plant.elements.back().laws.size() == 2);

@@ -1,6 +1,7 @@
 // Plant files: what is read, what is refused and in which words, and what every law of the table must satisfy.
 #include "core/plant/plant.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -38,7 +39,7 @@ Law sample_law(const LawKind& kind) {
     } else if (parameter.unit == "m") {
       law.values.push_back(parameter.name == "travel_limit_m" ? 0.08 : 0.03);
     } else {
-      law.values.push_back(700);
+      law.values.push_back(std::min(700.0, parameter.range.high));
     }
   }
   return law;

@@ -93,6 +93,27 @@ TEST_CASE("hysteresis tends to its limit force, and its loop has the area of the
   CHECK(area == Approx(2 * limit * branch).epsilon(1e-4));
 }
 
+TEST_CASE("hysteresis that stiffens turns no cycle around, and on unloading is steeper than on loading") {
+  for (const double stiffening : {0.5, 1.0, 1.2, 1.6})
+    for (const double amplitude : {0.0002, 0.001, 0.003}) {
+      CAPTURE(stiffening, amplitude);
+      const std::vector<Law> laws = {law_from(
+          Json{{"law", "bouc_wen"}, {"force_n", 80}, {"yield_travel_m", 0.001}, {"stiffening", stiffening}}.dump())};
+      double largest = 0;
+      const double slow = loop_area(laws, amplitude, 0.1, &largest);
+      CHECK(slow > 0);
+      CHECK(slow < 4 * largest * amplitude);
+      CHECK(loop_area(laws, amplitude, 10) == Approx(slow).epsilon(1e-9));
+      MemorySlopes loading, unloading;
+      const double z = 0.3;
+      const LawMemory& memory = laws[0].kind->memory;
+      REQUIRE(memory.slopes(laws[0].values, 0, 1, &z, loading));
+      REQUIRE(memory.slopes(laws[0].values, 0, -1, &z, unloading));
+      CHECK(unloading.dz_dv[0] > loading.dz_dv[0]);
+      CHECK((loading.dz_dv[0] > 1000) == (stiffening > 1));
+    }
+}
+
 TEST_CASE("hysteresis does not depend on the rate, a Maxwell branch does") {
   for (const double amplitude : {0.0005, 0.004}) {
     const double slow = loop_area({law_from(hysteresis_text)}, amplitude, 0.01),

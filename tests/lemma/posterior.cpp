@@ -51,6 +51,21 @@ TEST_CASE("a difference means less the larger the gap, the more is left, and the
   CHECK(winner(1, 1e4, 1000) > winner(1, 1e4, 900));
 }
 
+TEST_CASE(
+    "of a gap far above the noise, what nearly closes it is more probable than what leaves a hundred times as much") {
+  // Either leaves little of the gap, yet a wrong family does not nearly close it by chance.
+  const auto winner = [](double left) {
+    std::vector<RankedCandidate> list = {candidate("a", 1000), candidate("b", 1000 + left)};
+    rank(list, {1, 1e8, 1000}, {});
+    return probability_of(list, "a");
+  };
+  CHECK(winner(0) == Approx(0.5));
+  CHECK(winner(40) == Approx(0.5).margin(1e-3));  // within the error of the floor
+  for (const double left : {1e2, 1e3, 1e4}) CHECK(winner(10 * left) > winner(left) + 0.02);
+  CHECK(winner(1e6) > winner(1e5));
+  CHECK(winner(1e3) < 0.9);
+}
+
 TEST_CASE("parameters that left their tolerances speak louder than residuals, in coloured noise too") {
   for (const double colour : {1.0, 100.0}) {
     std::vector<RankedCandidate> list = {candidate("a", 1000), candidate("b", 1000)};

@@ -21,7 +21,7 @@ std::shared_ptr<const Effect> make_coulomb_friction(const EffectOptions&) {
           }
           // Sliding that a stiff elastic travel of some percent of the whole precedes (Dahl 1968).
           const double yield = 0.02 * own.travel_rms_m;
-          list.push_back(with_law(plant, place, "coulomb_friction", "presliding", "bouc_wen", {force, yield, 1, 0.5},
+          list.push_back(with_law(plant, place, "coulomb_friction", "presliding", "bouc_wen", {force, yield, 1, 0.5, 0},
                                   {{"force_n", third(force)}, {"yield_travel_m", third(yield)}}));
           followed_by_steps(list.back(), own);
           plausibly(list.back(), "yield_travel_m", 2e-5, 3e-4);

@@ -12,13 +12,25 @@ std::shared_ptr<const Effect> make_hysteresis(const EffectOptions&) {
           // Two yield travels: a share of the travel, and one the element hardly leaves.
           for (const double share : {0.1, 0.5}) {
             const double yield = share * own.travel_rms_m;
-            list.push_back(with_law(plant, place, "hysteresis", "Bouc-Wen", "bouc_wen", {force, yield, 1, 0.5},
+            list.push_back(with_law(plant, place, "hysteresis", "Bouc-Wen", "bouc_wen", {force, yield, 1, 0.5, 0},
                                     {{"force_n", third(force)}, {"yield_travel_m", third(yield)}}));
             followed_by_steps(list.back(), own);
             plausibly(list.back(), "yield_travel_m", 2e-4, 5e-3);
             if (place.guide()) continue;
             typically(list.back(), "force_n", 60);
             typically(list.back(), "yield_travel_m", share < 0.3 ? 0.0005 : 0.002);
+          }
+          // Loading that hardly yields, or stiffens, under unloading that is steeper: joints, wire ropes, elastomers. A
+          // fit may start at a small share of the element's force, and at a large one.
+          const double yield = 0.5 * own.travel_rms_m;
+          for (const double share : {1.0, 3.0}) {
+            list.push_back(with_law(
+                plant, place, "hysteresis", "Bouc-Wen, stiffening", "bouc_wen", {share * force, yield, 1, 0.5, 1},
+                {{"force_n", third(share * force)}, {"yield_travel_m", third(yield)}, {"stiffening", 0.3}}));
+            // Nothing bounds what stiffens: a travel far beyond the yield travel is left to the coarser form.
+            list.back().parameters[1].least = 0.1 * own.travel_rms_m;
+            plausibly(list.back(), "yield_travel_m", 2e-4, 5e-3);
+            list.back().refines = "Bouc-Wen";
           }
         }
       });

@@ -95,9 +95,14 @@ void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Th
   const double of_gap = best <= floor ? thresholds.of_gap_closed : thresholds.of_gap;
   const double temperature =
       weighing.colour + of_gap * std::max(weighing.gap, 0.0) + thresholds.of_remains * std::max(best - floor, 0.0);
+  // What a form leaves beyond the floor's own error has an unknown size. With no preference for a scale the evidence of
+  // n independent errors of form goes as size^-n.
+  const auto log_left = [&](const RankedCandidate& own) {
+    return std::log(std::max(own.chi2 - own.prior_chi2 - floor, 0.0) + thresholds.floor_error * weighing.floor_chi2);
+  };
   const auto log_odds = [&](const RankedCandidate& own) {
-    return -(own.chi2 - own.prior_chi2 - best) / (2 * temperature) - own.prior_chi2 / (2 * std::sqrt(temperature)) +
-           own.log_prior;
+    return -0.5 * thresholds.errors_of_form * log_left(own) - (own.chi2 - own.prior_chi2 - best) / (2 * temperature) -
+           own.prior_chi2 / (2 * std::sqrt(temperature)) + own.log_prior;
   };
   std::stable_sort(list.begin(), list.end(),
                    [&](const RankedCandidate& a, const RankedCandidate& b) { return log_odds(a) > log_odds(b); });

@@ -23,6 +23,7 @@ struct Thresholds {
   double of_gap = 0.01;
   double of_gap_closed = 0.005;
   double of_remains = 0.05;
+  double errors_of_form = 1;
   double floor_error = 0.05;
   double occam = 1.5;
   double place_weight = 4;
@@ -76,6 +77,10 @@ struct Thresholds {
           "half of of_gap: of 195 generated cases `blind calibrate` finds the loss least between a third and a half");
     visit("of_remains", of_remains, "-", "share of what the best candidate leaves, likewise", judgement,
           "what is left shows how inexact the forms are");
+    visit("errors_of_form", errors_of_form, "-",
+          "independent errors that a form of another formula makes; the evidence falls with what a candidate leaves to "
+          "half their power",
+          judgement, "one is the least; a wrong family hardly leaves nothing by chance");
     visit("floor_error", floor_error, "-", "relative error of the floor, within which nothing counts as left",
           judgement, "a floor from two repeats is known to a few per cent");
     visit("occam", occam, "log p", "what one more fitted parameter costs", judgement,

@@ -34,6 +34,8 @@ struct EffectCandidate {
   /// Sizes that the literature gives for a passenger car's corner, where those of `plant` come from the operation at
   /// hand: for judging a test before it is run.
   std::vector<std::pair<std::string, double>> typical = {};
+  /// Form with which this one begins: it is fitted from that one's solution where that is an answer, never screened.
+  std::string refines = {};
 };
 
 /// The candidate at the sizes that the literature gives, where it gives any.

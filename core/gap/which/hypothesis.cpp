@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -16,6 +17,8 @@ constexpr int kReturns = 8;
 constexpr double kStepBack = 0.8;
 constexpr Index kQuickIterations = 8;
 constexpr double kNear = 0.15;  // of the fall of chi2, by which a quick fit may lie behind the best and be fitted on
+
+constexpr double kGoesOn = 0.9;  // of chi2 before, below which a finer form is fitted on
 
 constexpr double kWorse = 1.5;         // held-out misfit over the fitted one, from which parameters may be the reason,
 constexpr double kWorseByChance = 5;   // if it is by so many standard errors of chi2
@@ -220,6 +223,54 @@ void polish(const Study& study, Hypothesis& hypothesis) {
   hypothesis = std::move(longer);
 }
 
+/// A form fitted from the solution of the one that it refines, and from the form's own typical sizes, with the plant as
+/// delivered and with the plant re-tuned around them: the best of these.
+Hypothesis refined(const Study& study, const Hypothesis& base, const Hypothesis& coarse, EffectCandidate candidate) {
+  Hypothesis out;
+  out.effects = base.effects;
+  out.parameters = with_own(base, candidate);
+  out.start = candidate.plant;
+  const Index known = base.fit.theta.size(), own = static_cast<Index>(out.parameters.size()) - known;
+  Vector solved = Vector::Zero(known + own), typical = solved;
+  solved.head(known) = coarse.fit.theta.head(known);
+  for (Index i = known; i < known + own; ++i) {
+    const FitParameter& parameter = out.parameters[static_cast<std::size_t>(i)];
+    solved(i) =
+        (get_parameter(coarse.fit.plant, parameter.name) - get_parameter(out.start, parameter.name)) / parameter.scale;
+  }
+  typical.head(known) = base.fit.theta;
+  typical.head(static_cast<Index>(study.tolerances.size())).setZero();
+  const PlantFit fitted = states_of(coarse.fit), held_out = states_of(coarse.held_out);
+  const auto options = [&](const Vector& theta) {
+    return FitOptions{kPatient * study.iterations, &fitted, false, theta};
+  };
+  std::array<Hypothesis, 3> tries = {out, out, out};
+  tbb::parallel_for(std::size_t{0}, tries.size(), [&](std::size_t k) {
+    Vector start = k == 0 ? solved : typical;
+    if (k == 2) {
+      const PlantFit around =
+          fit_plant(out.start, base.parameters, study.data.fitted, study.solvers.patient, options(typical.head(known)));
+      if (around.error.empty()) return;
+      start.head(known) = around.theta;
+    }
+    complete(study, study.solvers.patient, options(start), {study.iterations, &held_out, false}, tries[k]);
+  });
+  for (const Hypothesis& one : tries)
+    if (one.chi2 < out.chi2) out = one;
+  // Yielding turns slopes around, and a fit stops early: it goes on as long as that pays.
+  for (double before = std::numeric_limits<double>::infinity(); out.chi2 < kGoesOn * before;) {
+    before = out.chi2;
+    Hypothesis longer = out;
+    const PlantFit states = states_of(out.fit), others = states_of(out.held_out);
+    complete(study, study.solvers.patient, {kPatient * study.iterations, &states, false, out.fit.theta},
+             {study.iterations, &others, false}, longer);
+    if (longer.chi2 < out.chi2) out = std::move(longer);
+  }
+  if (!out.fit.error.empty()) out.plausibility = base.plausibility + log_plausibility(candidate, out.fit.plant);
+  out.effects.push_back(std::move(candidate));
+  return out;
+}
+
 }  // namespace
 
 bool twins(const Hypothesis& a, const Hypothesis& b) {
@@ -330,6 +381,7 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
   std::vector<Screened> shortlist;
   std::map<std::string, Index> forms;
   for (const Screened& screened : screen(around, study.data.fitted, candidates, known, found)) {
+    if (!candidates[screened.candidate].refines.empty()) continue;
     const std::string name = name_of(candidates[screened.candidate]);
     if (static_cast<Index>(shortlist.size()) >= options.shortlist || !(screened.gain > 0)) break;
     if (shortlist.empty() && 2 * screened.gain < options.least) break;
@@ -349,6 +401,30 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
   std::stable_sort(list.begin(), list.end(), by_chi2);
   share_solutions(list);
   return list;
+}
+
+bool refine(const Study& study, const Hypothesis& base, const std::vector<std::string>& names, double share,
+            std::vector<Hypothesis>& list) {
+  Operation operation;
+  if (list.empty() || !operation_of(base.fit.plant, study.data.fitted, base.fit.initial_states, operation))
+    return false;
+  const std::vector<EffectCandidate> candidates = study.candidates(base.fit.plant, operation);
+  bool any = false;
+  for (Hypothesis& coarse : list) {
+    const EffectCandidate known = coarse.effects.back();
+    if (std::find(names.begin(), names.end(), name_of(known)) == names.end()) continue;
+    Hypothesis best;
+    for (const EffectCandidate& candidate : candidates) {
+      if (name_of(candidate) != name_of(known) || candidate.refines != known.form) continue;
+      Hypothesis finer = refined(study, base, coarse, candidate);
+      if (!finer.fit.error.empty() && finer.chi2 < best.chi2) best = std::move(finer);
+    }
+    if (!(coarse.chi2 - best.chi2 > share * (coarse.chi2 - study.data.samples))) continue;
+    coarse = std::move(best);
+    any = true;
+  }
+  std::stable_sort(list.begin(), list.end(), by_chi2);
+  return any;
 }
 
 void finish(const Study& study, double before, std::size_t most, std::vector<Hypothesis>& list) {

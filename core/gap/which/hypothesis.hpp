@@ -105,6 +105,13 @@ struct ExtendOptions {
 std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
                                const Changes& known = {}, Changes* found = nullptr);
 
+/// Fits the forms that refine those of a list, of given names. One takes the place of the form that it refines where it
+/// removes more than a share of what that one leaves.
+/// @param base of all in the list   @param names "effect@location"   @param list in any order, on return by chi2
+/// @return true if one took its place. Cost: some patient fits a form.
+bool refine(const Study& study, const Hypothesis& base, const std::vector<std::string>& names, double share,
+            std::vector<Hypothesis>& list);
+
 /// Fits the best of a list of quick fits on to the end, by the thorough solver; those that lie far behind the first
 /// stay as they are.
 /// @param before chi2 without their last effect   @param most fits   @param list by chi2, ascending; so on return too

@@ -9,6 +9,7 @@
 #include "core/gap/evidence/closure.hpp"
 #include "core/gap/verdict/evidence.hpp"
 #include "core/gap/verdict/thresholds.hpp"
+#include "core/gap/verdict/verdict.hpp"
 #include "core/gap/which/hypothesis.hpp"
 
 namespace wheelhop {
@@ -100,9 +101,12 @@ Candidates find_singles(const Search& search, double colour, Changes& changes);
 /// Fits as many effects again that the screen expects less of, for gaps that no answer explained. The screen is
 /// linear, around a plant that may be bent to its ends by what is missing; where re-tuning stopped at such ends, these
 /// are the best of a screen around the plant as delivered.
-/// @param singles gets them, in their order   @return false if the best of the old ones leaves less than `leaves_much`
-/// of the gap, or nothing was added
+/// @param singles gets them, in their order   @return false if there was none, or nothing was added
 bool add_less_expected(const Search& search, double colour, Candidates& singles);
+
+/// Fits the finer forms of what a verdict names or holds for possible.
+/// @param singles in which they take the places of the coarser ones   @return true if one did
+bool refine_named(const Search& search, const Verdict& verdict, Candidates& singles);
 
 /// Parameters of the re-tuned plant set free of their tolerances, side by side.
 /// @param which numbers of tolerances

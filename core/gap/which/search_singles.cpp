@@ -85,11 +85,7 @@ Candidates find_singles(const Search& search, double colour, Changes& changes) {
 }
 
 bool add_less_expected(const Search& search, double colour, Candidates& singles) {
-  const double floor = search.study.data.samples;
-  const double gap = search.retuned.chi2 - floor;
-  const auto by_chi2 = [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; };
-  const auto best = std::min_element(singles.fits.begin(), singles.fits.end(), by_chi2);
-  if (best == singles.fits.end() || best->chi2 - floor < search.effort.leaves_much * gap) return false;
+  if (singles.fits.empty()) return false;
   const bool bent = stopped(search.retuned.fit, static_cast<Index>(search.study.tolerances.size()));
   std::vector<Hypothesis> more = extend(search.study, search.retuned,
                                         {.shortlist = search.effort.fits,
@@ -100,8 +96,18 @@ bool add_less_expected(const Search& search, double colour, Candidates& singles)
                                          .tried = &singles.fits});
   if (more.empty()) return false;
   std::move(more.begin(), more.end(), std::back_inserter(singles.fits));
-  std::stable_sort(singles.fits.begin(), singles.fits.end(), by_chi2);
+  std::stable_sort(singles.fits.begin(), singles.fits.end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; });
   finish(search.study, search.retuned.chi2, static_cast<std::size_t>(search.effort.finished), singles.fits);
+  singles.evidence.clear();
+  for (const Hypothesis& single : singles.fits) singles.evidence.push_back(evidence_of(search, single));
+  return true;
+}
+
+bool refine_named(const Search& search, const Verdict& verdict, Candidates& singles) {
+  std::vector<std::string> names = verdict.named;
+  names.insert(names.end(), verdict.ambiguous_with.begin(), verdict.ambiguous_with.end());
+  if (!refine(search.study, search.retuned, names, search.thresholds.second, singles.fits)) return false;
   singles.evidence.clear();
   for (const Hypothesis& single : singles.fits) singles.evidence.push_back(evidence_of(search, single));
   return true;

@@ -5,7 +5,7 @@
 namespace wheelhop {
 namespace {
 
-enum { force, yield_travel, exponent, beta };
+enum { force, yield_travel, exponent, beta, stiffening };
 
 /// |z|^n; `pow` is what a simulation of this law spends its time on, and 1 and 2 are the exponents in use.
 double powered(std::span<const double> p, double z) {
@@ -16,16 +16,18 @@ double powered(std::span<const double> p, double z) {
 // Share of the rate that yielding takes away: z' = (v - yielding) / x_y. Without the division by sgn(z), so that v
 // and |v| alone are read.
 double yielding(std::span<const double> p, double v, double z) {
-  return powered(p, z) * (p[beta] * std::copysign(std::abs(v), z) + (1 - p[beta]) * v);
+  return powered(p, z) * (p[beta] * std::copysign(std::abs(v), z) + (1 - p[beta] - p[stiffening]) * v);
 }
 
 }  // namespace
 
-// beta >= 1/2 makes the heat non-negative at every state: with less, the loop of a small cycle could turn around.
+// beta >= 1/2 makes the heat non-negative at every state: with less, the loop of a small cycle could turn around. With
+// a stiffening above 1 loading takes from what 1/2 F_z x_y z^2 counts as stored, but every closed cycle still makes
+// heat: unloading is steeper than loading.
 LawKind bouc_wen() {
   LawKind kind;
   kind.name = "bouc_wen";
-  kind.equation = "F = F_z z, z' = (v/x_y) (1 - |z|^n (beta sgn(v z) + 1 - beta))";
+  kind.equation = "F = F_z z, z' = (v/x_y) (1 - |z|^n (beta sgn(v z) + 1 - beta - s))";
   kind.source = "R. Bouc 1967; Y. K. Wen 1976, J. Eng. Mech. Div. ASCE 102";
   kind.parameters = {{.name = "force_n",
                       .unit = "N",
@@ -50,7 +52,14 @@ LawKind bouc_wen() {
                       .range = {.low = 0.5, .high = 1},
                       .required = false,
                       .fallback = 0.5,
-                      .typical = 0.5}};
+                      .typical = 0.5},
+                     {.name = "stiffening",
+                      .unit = "-",
+                      .meaning = "s; 0: loading yields to F_z; 1: it is straight; above: it stiffens, as of wire ropes",
+                      .range = {.low = 0, .high = 2},
+                      .required = false,
+                      .fallback = 0,
+                      .typical = 0}};
   kind.memory.states = 1;
   kind.memory.force = [](std::span<const double> p, double, double v, const double* z, double& f, double* z_rate) {
     f = p[force] * z[0];
@@ -61,7 +70,7 @@ LawKind bouc_wen() {
     const double size = powered(p, z[0]);
     s.df_dz[0] = p[force];
     const double turn = v * z[0] > 0 ? 1 : v * z[0] < 0 ? -1 : 0;
-    s.dz_dv[0] = (1 - size * (p[beta] * turn + 1 - p[beta])) / p[yield_travel];
+    s.dz_dv[0] = (1 - size * (p[beta] * turn + 1 - p[beta] - p[stiffening])) / p[yield_travel];
     s.dz_dz[0] = z[0] == 0 ? 0 : -p[exponent] * yielding(p, v, z[0]) / (z[0] * p[yield_travel]);
     return true;
   };
