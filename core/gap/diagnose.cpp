@@ -252,10 +252,13 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
     diagnosis.verdict = decide(evidence, options.thresholds);
   };
   judge();
-  if (explains_little(evidence, diagnosis.verdict, options.effort.leaves_much) &&
-      add_less_expected(search, diagnosis.floor.colour, singles))
-    judge();
-  if (is<Effects>(diagnosis.verdict) && refine_named(search, diagnosis.verdict, singles)) judge();
+  const auto little = [&] { return explains_little(evidence, diagnosis.verdict, options.effort.leaves_much); };
+  if (little() && add_less_expected(search, diagnosis.floor.colour, singles)) judge();
+  // Forms of an answer that explains little may all be too coarse, and the finer form of another one be what is missing.
+  std::vector<std::string> finer = diagnosis.verdict.named;
+  finer.insert(finer.end(), diagnosis.verdict.ambiguous_with.begin(), diagnosis.verdict.ambiguous_with.end());
+  if (little()) finer = not_far_behind(search, singles);
+  if (refine_singles(search, finer, singles)) judge();
   if (is_place(diagnosis.verdict)) {
     evidence.motion = motion_shares(retuned.fit, data.fitted, evidence.places, options.thresholds.elsewhere);
     diagnosis.verdict = decide(evidence, options.thresholds);

@@ -9,7 +9,6 @@
 #include "core/gap/evidence/closure.hpp"
 #include "core/gap/verdict/evidence.hpp"
 #include "core/gap/verdict/thresholds.hpp"
-#include "core/gap/verdict/verdict.hpp"
 #include "core/gap/which/hypothesis.hpp"
 
 namespace wheelhop {
@@ -104,9 +103,12 @@ Candidates find_singles(const Search& search, double colour, Changes& changes);
 /// @param singles gets them, in their order   @return false if there was none, or nothing was added
 bool add_less_expected(const Search& search, double colour, Candidates& singles);
 
-/// Fits the finer forms of what a verdict names or holds for possible.
+/// Fits the finer forms of effects of given names, "effect@location".
 /// @param singles in which they take the places of the coarser ones   @return true if one did
-bool refine_named(const Search& search, const Verdict& verdict, Candidates& singles);
+bool refine_singles(const Search& search, const std::vector<std::string>& names, Candidates& singles);
+
+/// Names of the singles that do not leave far more than the best one. @param singles ascending by chi2
+std::vector<std::string> not_far_behind(const Search& search, const Candidates& singles);
 
 /// Parameters of the re-tuned plant set free of their tolerances, side by side.
 /// @param which numbers of tolerances

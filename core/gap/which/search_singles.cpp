@@ -104,13 +104,20 @@ bool add_less_expected(const Search& search, double colour, Candidates& singles)
   return true;
 }
 
-bool refine_named(const Search& search, const Verdict& verdict, Candidates& singles) {
-  std::vector<std::string> names = verdict.named;
-  names.insert(names.end(), verdict.ambiguous_with.begin(), verdict.ambiguous_with.end());
+bool refine_singles(const Search& search, const std::vector<std::string>& names, Candidates& singles) {
   if (!refine(search.study, search.retuned, names, search.thresholds.second, singles.fits)) return false;
   singles.evidence.clear();
   for (const Hypothesis& single : singles.fits) singles.evidence.push_back(evidence_of(search, single));
   return true;
+}
+
+std::vector<std::string> not_far_behind(const Search& search, const Candidates& singles) {
+  std::vector<std::string> names;
+  for (const Hypothesis& single : singles.fits)
+    if (single.chi2 - search.study.data.samples <
+        search.effort.far_behind * (singles.fits.front().chi2 - search.study.data.samples))
+      names.push_back(name_of(single.effects.back()));
+  return names;
 }
 
 std::vector<std::size_t> parameters_to_free(const Search& search, const Evidence& evidence) {
