@@ -519,7 +519,9 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
     fit.solution.message = "the plant as delivered cannot follow the drive";
     return fit;
   }
-  const Vector state_precision = Vector::Constant(fit.states_at_rest.size(), 1 / (kStateSpread * kStateSpread));
+  fit.dispersion = records.empty() ? 1 : records.front().dispersion;
+  const Vector state_precision =
+      Vector::Constant(fit.states_at_rest.size(), fit.dispersion / (kStateSpread * kStateSpread));
   if (!options.from) {
     // The start of a record says little of the state there, and a wrong plant would bend it: it stays among those that
     // the drive makes.
@@ -539,7 +541,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
   fit.precision.tail(start.size()) = state_precision;
   for (Index i = 0; i < moved; ++i) {
     const double std = parameters[static_cast<std::size_t>(i)].prior_std;
-    if (std > 0) fit.precision(i) = 1 / (std * std);
+    if (std > 0) fit.precision(i) = fit.dispersion / (std * std);
   }
   if (options.alone) problem.run_alone();
   if (options.from && options.from->jacobian.size() > 0 && !states_only) problem.start_from(*options.from, theta);
@@ -589,7 +591,8 @@ bool linearise(PlantFit& fit, const std::vector<FitParameter>& parameters, const
   H.diagonal() += fit.precision;
   fit.covariance = Eigen::LDLT<Matrix, Eigen::Lower>(H)
                        .solve(Matrix::Identity(problem.parameters(), problem.parameters()))
-                       .topLeftCorner(moved, moved);
+                       .topLeftCorner(moved, moved) *
+                   fit.dispersion;
   return true;
 }
 

@@ -55,6 +55,10 @@ struct FitRecord {
   Index skip = 0;     ///< leading samples that are not scored
   Vector weight_std;  ///< p, what the residual of this record is divided by; > 0
   Vector quantum;     ///< p, step of the lattice seen in the readings, 0: none; empty: not looked for
+  /// Variance that a fit expects of residuals in units of `weight_std`, the same in all records of a fit; 1: noise
+  /// alone. Where every model leaves more, priors count by as much more: without it parameters bend around what no
+  /// model of the class can do. McCullagh & Nelder, Generalized Linear Models, 1989, section 4.5.
+  double dispersion = 1;
 };
 
 /// An initial state for a plant that may have masses beyond those of the state, at the end of its list: each of them
@@ -116,11 +120,13 @@ struct PlantFit {
   Plant plant;                         ///< with the fitted parameters
   Vector theta;                        ///< of the parameters, in scales
   Vector residual;                     ///< r of plant_problem at the solution, without the priors'
-  Vector precision;                    ///< of the priors, one a column of the Jacobian
+  Vector precision;                    ///< of the priors times the dispersion, one a column of the Jacobian
+  double dispersion = 1;               ///< of the records
   Matrix jacobian;                     ///< derivatives of r: of parameters, then of the own initial state of a record,
                                        ///< stored as `layout` says. Of a linearised fit
   BlockAngular layout;                 ///< columns are the parameters, then the initial states of each record. Likewise
-  Matrix covariance;                   ///< of theta: (J'J + prior precision)^-1, initial states marginalised. Likewise
+  Matrix covariance;                   ///< of theta: dispersion (J'J + precision)^-1, initial states marginalised.
+                                       ///< Likewise
   Vector state_scale, states_at_rest;  ///< 2n, and 2n a record in these: RMS under the drive, and rest in equilibrium
   std::vector<Vector> initial_states;  ///< 2n a record
   std::vector<Matrix> error;           ///< yhat - y a record, p x N, in the units of the outputs; empty if a run failed
@@ -138,7 +144,8 @@ struct FitOptions {
   bool alone = false;     ///< no other fit runs beside this one: it takes all threads for its own Jacobians
 };
 
-/// Minimises over parameters and initial states, the latter with a prior of three RMS values around rest. Without
+/// Minimises sum r^2 + dispersion (sum (theta / prior_std)^2 + that of the initial states) over parameters and initial
+/// states, the latter with a prior of three RMS values around rest. Without
 /// `from` these start from rest in equilibrium and are fitted first and alone. Status in `solution`: as the solver;
 /// outside_domain if the start plant cannot follow the drive at all, `error` is empty then.
 PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& parameters,

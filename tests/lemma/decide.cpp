@@ -303,10 +303,12 @@ TEST_CASE("what interpolation onto another clock makes of a gap has no name besi
 
 TEST_CASE("faults go into the plant only where they explain what re-tuning does not") {
   const Thresholds thresholds;
-  CHECK(faults_explain(50000, 12000, 10000, 1, thresholds));
-  CHECK_FALSE(faults_explain(50000, 35000, 10000, 1, thresholds));
-  CHECK_FALSE(faults_explain(10060, 10030, 10000, 1, thresholds));
-  CHECK_FALSE(faults_explain(10060, 10010, 10000, 4, thresholds));
+  CHECK(faults_explain(50000, 12000, 10000, 1, false, thresholds));
+  CHECK_FALSE(faults_explain(50000, 35000, 10000, 1, false, thresholds));
+  CHECK(faults_explain(50000, 35000, 10000, 1, true, thresholds));  // a wrong sign bends the plant
+  CHECK_FALSE(faults_explain(50000, 40000, 10000, 1, true, thresholds));
+  CHECK_FALSE(faults_explain(10060, 10030, 10000, 1, false, thresholds));
+  CHECK_FALSE(faults_explain(10060, 10010, 10000, 4, false, thresholds));
 }
 
 TEST_CASE("a parameter that the records tell only against one other component may be right, and that one off instead") {

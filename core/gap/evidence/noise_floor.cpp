@@ -102,21 +102,6 @@ Vector quiet_end(ConstMatrixRef y) {
   return std;
 }
 
-/// Largest mean density of a band over that of all, over the channels.
-double colour_of(const Matrix& noise) {
-  const ComplexMatrix spectrum = hann_spectrum(noise);
-  const Index width = spectrum.cols() / kColourBands;
-  double largest = 1;
-  if (width < 8) return largest;
-  for (Index i = 0; i < spectrum.rows(); ++i) {
-    const double mean = spectrum.row(i).squaredNorm() / static_cast<double>(spectrum.cols());
-    for (Index band = 0; band < kColourBands && mean > 0; ++band)
-      largest = std::max(
-          largest, spectrum.row(i).segment(band * width, width).squaredNorm() / (static_cast<double>(width) * mean));
-  }
-  return largest;
-}
-
 /// Standard error of the mean of |noise / std|^2 over channels and groups.
 double error_of_power(const std::vector<Repeats>& groups, ConstVectorRef std) {
   std::vector<double> powers;
@@ -227,6 +212,20 @@ NoiseFloor noise_floor(const RecordSet& set) {
                       outputs[static_cast<std::size_t>(i)].name, to_string(floor.source)));
   if (floor.source == FloorSource::repeats) floor.power_error = error_of_power(groups, floor.std);
   return floor;
+}
+
+double colour_of(ConstMatrixRef noise) {
+  const ComplexMatrix spectrum = hann_spectrum(noise);
+  const Index width = spectrum.cols() / kColourBands;
+  double largest = 1;
+  if (width < 8) return largest;
+  for (Index i = 0; i < spectrum.rows(); ++i) {
+    const double mean = spectrum.row(i).squaredNorm() / static_cast<double>(spectrum.cols());
+    for (Index band = 0; band < kColourBands && mean > 0; ++band)
+      largest = std::max(
+          largest, spectrum.row(i).segment(band * width, width).squaredNorm() / (static_cast<double>(width) * mean));
+  }
+  return largest;
 }
 
 double lattice_step(ConstVectorRef values) {

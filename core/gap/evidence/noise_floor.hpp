@@ -58,6 +58,10 @@ RecordSet prediction_errors(const Plant& plant, const RecordSet& set);
 /// repeat to the last digit, where no floor can be told.
 NoiseFloor noise_floor(const RecordSet& set);
 
+/// Largest mean density of a band over the mean density of all, over the channels: 1 for white noise, and of records
+/// too short for bands. @param noise p x N, N > 1
+double colour_of(ConstMatrixRef noise);
+
 /// Step of the coarsest lattice offset + k step on which all values lie, if they are few enough for a converter to be
 /// seen in them (each met four times on average); 0 otherwise.
 double lattice_step(ConstVectorRef values);

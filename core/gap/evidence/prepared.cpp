@@ -90,4 +90,25 @@ void leave_out_end(GapData& data, double skew) {
         data.samples += static_cast<double>(record.y.rows() * (record.y.cols() - record.skip));
 }
 
+double dispersion_of(const GapData& data, const PlantFit& fitted, const PlantFit& held_out) {
+  double squares = 0, count = 0, colour = 1;
+  const auto add = [&](const std::vector<FitRecord>& records, const PlantFit& fit) {
+    for (std::size_t i = 0; i < fit.error.size(); ++i) {
+      const Index kept = records[i].y.cols() - records[i].skip;
+      const Matrix r = records[i].weight_std.cwiseInverse().asDiagonal() * fit.error[i].rightCols(kept);
+      squares += r.squaredNorm();
+      count += static_cast<double>(r.size());
+      colour = std::max(colour, colour_of(r));
+    }
+  };
+  add(data.fitted, fitted);
+  if (data.apart) add(data.held_out, held_out);
+  return 1 + std::max(squares / count - 1, 0.0) * colour;
+}
+
+void disperse(GapData& data, double dispersion) {
+  for (auto* records : {&data.fitted, &data.held_out})
+    for (FitRecord& record : *records) record.dispersion = dispersion;
+}
+
 }  // namespace wheelhop

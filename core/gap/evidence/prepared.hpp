@@ -29,6 +29,12 @@ GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& flo
 void leave_out_end(std::vector<FitRecord>& records, Index block, double skew);
 void leave_out_end(GapData& data, double skew);
 
+/// Dispersion of what a fit leaves of all records: 1 + (misfit - 1) colour, the colour that of its residuals. Residuals
+/// in one band tell parameters by as much less than white ones, as their density there is larger than its mean.
+double dispersion_of(const GapData& data, const PlantFit& fitted, const PlantFit& held_out);
+/// Every fit of these records expects residuals so large. @param dispersion >= 1
+void disperse(GapData& data, double dispersion);
+
 /// What a plant leaves of the held-out records, from `judged_from` on. @param run of fit_plant over them
 GapStage stage_of(const GapData& data, const PlantFit& run);
 

@@ -96,7 +96,7 @@ void tell_component(const Case& c, const FreedEvidence& freed, Verdict& verdict)
 /// Row 1a: one parameter inside its tolerance, where all others are nearer still, makes the gap as delivered.
 bool one_stands_out(const Case& c, Verdict& verdict) {
   const Evidence& e = c.evidence;
-  if (e.delivered_chi2 - e.retuned_chi2 < c.thresholds.notice * e.noise.colour) return false;
+  if (e.delivered_chi2 - e.retuned_chi2 < c.thresholds.notice * chance_of(e)) return false;
   const auto count = static_cast<Index>(e.tolerances.size());
   if (count == 0 || e.tolerance_covariance.rows() < count) return false;
   Vector theta(count);
@@ -224,7 +224,7 @@ Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
   const EffectEvidence& last = answer.candidate->last();
   // What explains the gap, or a part of it, from a place at which no signal would explain the rest is a mask.
   const bool misplaced =
-      !answer.pair && remains > t.notice * e.noise.colour &&
+      !answer.pair && remains > t.notice * chance_of(e) &&
       leftover_ratio(e.places, last.location) > (explained < t.explains_well ? t.elsewhere : t.far_elsewhere);
   const std::string odd = answer.pair ? "" : odd_size(c, last);
   // Held-out records that never reach the effect have no gap that could be closed.

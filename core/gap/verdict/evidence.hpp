@@ -282,6 +282,7 @@ struct Evidence {
   bool held_out = true;       ///< false: there is no validation record, and every figure is of the records fitted
   double judged_from_s = 0;   ///< start of the records that no figure counts
   double samples = 0;         ///< values behind chi2: chi2 of a plant at the floor
+  double dispersion = 1;      ///< variance of residuals that the fits expect, in units of the noise's
   std::size_t channels = 0;
   std::vector<std::string> elements;  ///< of the plant
   GapStage delivered;                 ///< of the plant as it came, without any correction
@@ -308,6 +309,7 @@ struct Evidence {
     visit("held_out", held_out);
     visit("judged_from_s", judged_from_s);
     visit("samples", samples);
+    visit("dispersion", dispersion);
     visit("channels", channels);
     visit("elements", elements);
     visit("delivered", delivered);

@@ -27,9 +27,10 @@ std::string fault_message(const std::vector<InstrumentFault>& faults) {
   return units ? list + ": check unit and sign" : list;
 }
 
-bool faults_explain(double chi2_without, double chi2_with, double samples, double colour,
+bool faults_explain(double chi2_without, double chi2_with, double samples, double colour, bool turned,
                     const Thresholds& thresholds) {
-  return chi2_without - chi2_with > std::max(thresholds.second * (chi2_without - samples), thresholds.notice * colour);
+  const double share = turned ? thresholds.turned : thresholds.second;
+  return chi2_without - chi2_with > std::max(share * (chi2_without - samples), thresholds.notice * colour);
 }
 
 Verdict with_correction(const Evidence& evidence, const Thresholds& thresholds, Verdict verdict) {

@@ -93,8 +93,8 @@ void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Th
   for (const RankedCandidate& own : list) best = std::min(best, own.chi2);
   const double floor = (1 + thresholds.floor_error) * weighing.floor_chi2;
   const double of_gap = best <= floor ? thresholds.of_gap_closed : thresholds.of_gap;
-  const double temperature =
-      weighing.colour + of_gap * std::max(weighing.gap, 0.0) + thresholds.of_remains * std::max(best - floor, 0.0);
+  const double temperature = std::max(weighing.colour, weighing.dispersion) + of_gap * std::max(weighing.gap, 0.0) +
+                             thresholds.of_remains * std::max(best - floor, 0.0);
   // What a form leaves beyond the floor's own error has an unknown size. With no preference for a scale the evidence of
   // n independent errors of form goes as size^-n.
   const auto log_left = [&](const RankedCandidate& own) {
@@ -102,7 +102,7 @@ void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Th
   };
   const auto log_odds = [&](const RankedCandidate& own) {
     return -0.5 * thresholds.errors_of_form * log_left(own) - (own.chi2 - own.prior_chi2 - best) / (2 * temperature) -
-           own.prior_chi2 / (2 * std::sqrt(temperature)) + own.log_prior;
+           own.prior_chi2 / (2 * std::sqrt(temperature / weighing.dispersion)) + own.log_prior;
   };
   std::stable_sort(list.begin(), list.end(),
                    [&](const RankedCandidate& a, const RankedCandidate& b) { return log_odds(a) > log_odds(b); });
@@ -138,11 +138,13 @@ double leftover_ratio(const std::vector<PlaceLeftover>& places, const std::strin
   return 1;
 }
 
+double chance_of(const Evidence& evidence) { return std::max(evidence.noise.colour, evidence.dispersion); }
+
 double gap_left(const Evidence& evidence) { return evidence.retuned_chi2 / evidence.samples - 1; }
 
 Contest contest_of(const Evidence& evidence, const Thresholds& thresholds) {
   Contest contest;
-  const double notice = thresholds.notice * evidence.noise.colour;
+  const double notice = thresholds.notice * chance_of(evidence);
   contest.ranked = unranked(evidence.singles, thresholds);
   for (RankedCandidate& own : contest.ranked) {
     own.log_prior -= thresholds.place_weight * std::log(std::max(leftover_ratio(evidence.places, own.location), 1.0));
@@ -153,14 +155,14 @@ Contest contest_of(const Evidence& evidence, const Thresholds& thresholds) {
     const FreedEvidence& freed = evidence.freed[i];
     if (!alone && !(evidence.retuned_stopped && closes(evidence, freed.chi2, thresholds))) continue;
     const double of_priors = evidence.retuned_prior_chi2 - freed.prior_chi2;
-    const double fall = of_priors + (evidence.retuned_chi2 - freed.chi2 - of_priors) / evidence.noise.colour;
+    const double fall = of_priors + (evidence.retuned_chi2 - freed.chi2 - of_priors) / chance_of(evidence);
     contest.parameter_seen =
         contest.parameter_seen || fall >= thresholds.out_of_tolerance * thresholds.out_of_tolerance;
     contest.ranked.push_back(unranked(freed, i, evidence.tolerances, thresholds));
   }
   double best = evidence.retuned_chi2;
   for (const RankedCandidate& own : contest.ranked) best = std::min(best, own.chi2);
-  contest.weighing = {evidence.noise.colour, evidence.retuned_chi2 - best, evidence.samples};
+  contest.weighing = {evidence.noise.colour, evidence.retuned_chi2 - best, evidence.samples, evidence.dispersion};
   rank(contest.ranked, contest.weighing, thresholds);
   return contest;
 }
@@ -177,14 +179,13 @@ Contest contest_of_closing_effects(const Evidence& evidence, const Contest& all,
 bool asks_left_at_place(const Evidence& evidence, const CandidateEvidence& first, const Thresholds& thresholds) {
   const double gap = evidence.retuned_chi2 - evidence.samples, remains = first.chi2 - evidence.samples;
   return std::isnan(first.left_at_place) && remains < (1 - thresholds.worth_pair) * gap &&
-         remains > thresholds.notice * evidence.noise.colour && !(remains > thresholds.worth_second * gap) &&
+         remains > thresholds.notice * chance_of(evidence) && !(remains > thresholds.worth_second * gap) &&
          !(leftover_ratio(evidence.places, first.last().location) > thresholds.elsewhere);
 }
 
 bool worth_second(const Evidence& evidence, const CandidateEvidence& first, const Thresholds& thresholds) {
   const double gap = evidence.retuned_chi2 - evidence.samples, remains = first.chi2 - evidence.samples;
-  if (!(remains < (1 - thresholds.worth_pair) * gap && remains > thresholds.notice * evidence.noise.colour))
-    return false;
+  if (!(remains < (1 - thresholds.worth_pair) * gap && remains > thresholds.notice * chance_of(evidence))) return false;
   // What enters at another place than the effect's own, although the gap entered there, is worth it however small. Of
   // an effect that masks a gap from elsewhere the remains lie anywhere.
   const bool leaves_another = first.left_at_place > thresholds.elsewhere &&
@@ -198,13 +199,13 @@ bool pair_needed(const Evidence& evidence, const CandidateEvidence& pair, double
   const bool one_place = pair.effects[0].location == pair.effects[1].location;
   const double remains = chi2_of_one - evidence.samples;
   return chi2_of_one - pair.chi2 > std::max((one_place ? thresholds.second_there : thresholds.second) * remains,
-                                            thresholds.notice * evidence.noise.colour);
+                                            thresholds.notice * chance_of(evidence));
 }
 
 std::vector<RankedCandidate> ranked_pairs(const Evidence& evidence, const CandidateEvidence& first,
                                           const Thresholds& thresholds) {
   std::vector<RankedCandidate> list = unranked(evidence.pairs, thresholds);
-  rank(list, {evidence.noise.colour, first.chi2 - evidence.samples, evidence.samples}, thresholds);
+  rank(list, {evidence.noise.colour, first.chi2 - evidence.samples, evidence.samples, evidence.dispersion}, thresholds);
   return list;
 }
 
@@ -223,7 +224,7 @@ std::string others_out(const Evidence& evidence, const FreedEvidence& freed, con
 
 double probability_beside(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds) {
   const double remains = freed.chi2 - (1 + thresholds.floor_error) * evidence.samples;
-  const double bent = thresholds.of_remains * std::max(remains, 0.0);
+  const double bent = thresholds.of_remains * std::max(remains, 0.0) / evidence.dispersion;
   const double theta = freed.theta[freed.tolerance];
   const double wald =
       theta * theta / (1 + std::sqrt(evidence.noise.colour) * freed.std * freed.std) / std::sqrt(1 + bent);

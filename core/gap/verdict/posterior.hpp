@@ -47,15 +47,16 @@ struct Weighing {
   double colour = 1;      ///< of the noise
   double gap = 0;         ///< chi2 of the plant without these effects, above the floor
   double floor_chi2 = 0;  ///< number of values
+  double dispersion = 1;  ///< of residuals, in units of the noise's variance
 };
 
 /// Keeps of each effect and place the most probable form, sets the probabilities, and sorts by them: log p = -(r^2 -
-/// best) / (2 T) - z^2 / (2 sqrt(T)) + log prior, chi2 = r^2 + z^2 (residuals and priors), T = colour + of_gap gap +
-/// of_remains (best - (1 + floor_error) floor). No form in a catalogue is that of the rig, so that every one leaves
-/// some share of the gap; T is how much of such a difference means nothing. Where one closes the gap to the floor,
-/// of_gap_closed stands for of_gap: a wrong form seldom does that, and what leaves more is less likely a right one. The
-/// parameters' tolerances are what their owner says, and count for more; but a wrong form bends the parameters too.
-/// None is above `limit`.
+/// best) / (2 T) - z^2 / (2 sqrt(T / dispersion)) + log prior, chi2 = r^2 + z^2 (residuals and priors), T =
+/// max(colour, dispersion) + of_gap gap + of_remains (best - (1 + floor_error) floor). No form in a catalogue is that
+/// of the rig, so that every one leaves some share of the gap; T is how much of such a difference means nothing. Where
+/// one closes the gap to the floor, of_gap_closed stands for of_gap: a wrong form seldom does that, and what leaves
+/// more is less likely a right one. The parameters' tolerances are what their owner says, and count for more; but a
+/// wrong form bends the parameters too. None is above `limit`.
 void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Thresholds& thresholds);
 
 /// Probabilities by what is left, for explanations whose noise is not known: p_i ~ (J_i / J_best)^(-blocks / 2), the
@@ -80,6 +81,10 @@ struct Contest {
 Contest contest_of(const Evidence& evidence, const Thresholds& thresholds);
 /// The contest among effects that close the gap by themselves, once no parameter is the answer; may be empty.
 Contest contest_of_closing_effects(const Evidence& evidence, const Contest& all, const Thresholds& thresholds);
+
+/// What a difference of chi2 by chance goes with: the colour of the noise, or the dispersion of residuals where that is
+/// larger.
+double chance_of(const Evidence& evidence);
 
 /// Gap that is left by the re-tuned plant: reduced chi-square - 1, fitted and held-out records together.
 double gap_left(const Evidence& evidence);

@@ -38,6 +38,7 @@ struct Thresholds {
   // A second effect.
   double second = 0.5;
   double second_there = 0.7;
+  double turned = 1.0 / 3;
   double worth_second = 0.06;
   double worth_pair = 0.1;
   // Doubt in a name.
@@ -103,6 +104,8 @@ struct Thresholds {
           "odds of three to one");
     visit("second", second, "-", "share of what the first effect leaves that a second one removes; likewise of places",
           judgement, "the larger half of what is missing");
+    visit("turned", turned, "-", "share of what re-tuning leaves that the right sign of a channel must remove",
+          judgement, "a plant bent by the wrong sign follows much of what the right one does");
     visit("second_there", second_there, "-", "likewise, where the first effect stands", judgement,
           "there it may be no more than the first one's form");
     visit("worth_second", worth_second, "-", "share of the gap that is left, from which a second effect is looked for",

@@ -18,7 +18,9 @@ constexpr double kStepBack = 0.8;
 constexpr Index kQuickIterations = 8;
 constexpr double kNear = 0.15;  // of the fall of chi2, by which a quick fit may lie behind the best and be fitted on
 
-constexpr double kGoesOn = 0.9;  // of chi2 before, below which a finer form is fitted on
+constexpr int kGraduations = 9;      // fits on the way from far away, at most, each of which expects
+constexpr double kGraduation = 0.1;  // so much of the variance that the one before expected, or less
+constexpr double kGoesOn = 0.9;      // of chi2 before, below which a finer form is fitted on
 
 constexpr double kWorse = 1.5;         // held-out misfit over the fitted one, from which parameters may be the reason,
 constexpr double kWorseByChance = 5;   // if it is by so many standard errors of chi2
@@ -47,6 +49,11 @@ PlantFit states_of_both(const PlantFit& fit, const PlantFit& held_out) {
   return both;
 }
 
+/// Sum of the squared priors of the parameters.
+double prior_chi2_of(const PlantFit& fit) {
+  return fit.theta.cwiseAbs2().dot(fit.precision.head(fit.theta.size())) / fit.dispersion;
+}
+
 /// chi2 of the held-out records given the fitted ones is that of all records at the parameters which fit all best, less
 /// that of the fitted ones: sum r' (I + J S J')^-1 r for a linear plant, S the covariance of the parameters. A record
 /// that reaches further than the fitted ones tells parameters which these did not, and cannot refute them.
@@ -58,7 +65,7 @@ void weigh_held_out(const Study& study, Hypothesis& hypothesis) {
   const PlantFit joint = fit_plant(hypothesis.start, hypothesis.parameters, all, study.solvers.thorough,
                                    {kJointIterations, &states, false, hypothesis.fit.theta});
   if (joint.error.empty()) return;
-  const double prior = joint.theta.cwiseAbs2().dot(joint.precision.head(joint.theta.size()));
+  const double prior = prior_chi2_of(joint);
   const double chi2 = joint.residual.squaredNorm() + prior;
   if (!(chi2 < hypothesis.chi2)) return;
   hypothesis.chi2 = chi2;
@@ -78,8 +85,7 @@ bool fit_quickly(const Study& study, const Solver& solver, const FitOptions& fit
     return false;
   }
   hypothesis.stage = stage_of(study.data, hypothesis.held_out);
-  hypothesis.prior_chi2 =
-      hypothesis.fit.theta.cwiseAbs2().dot(hypothesis.fit.precision.head(hypothesis.fit.theta.size()));
+  hypothesis.prior_chi2 = prior_chi2_of(hypothesis.fit);
   hypothesis.chi2 = hypothesis.fit.residual.squaredNorm() + hypothesis.prior_chi2;
   if (study.data.apart) hypothesis.chi2 += hypothesis.held_out.residual.squaredNorm();
   return true;
@@ -101,7 +107,7 @@ double cost_of_start(const Study& study, const Hypothesis& base, const Plant& st
     const FitParameter& parameter = base.parameters[i];
     const double deviation = theta(static_cast<Index>(i));
     set_parameter(plant, parameter.name, get_parameter(start, parameter.name) + deviation * parameter.scale);
-    if (parameter.prior_std > 0) sum += std::pow(deviation / parameter.prior_std, 2);
+    if (parameter.prior_std > 0) sum += base.fit.dispersion * std::pow(deviation / parameter.prior_std, 2);
   }
   Vector residual;
   if (!plant_residual(plant, study.data.fitted, base.fit.initial_states, residual))
@@ -241,9 +247,7 @@ Hypothesis refined(const Study& study, const Hypothesis& base, const Hypothesis&
   typical.head(known) = base.fit.theta;
   typical.head(static_cast<Index>(study.tolerances.size())).setZero();
   const PlantFit fitted = states_of(coarse.fit), held_out = states_of(coarse.held_out);
-  const auto options = [&](const Vector& theta) {
-    return FitOptions{kPatient * study.iterations, &fitted, false, theta};
-  };
+  const auto options = [&](const Vector& theta) { return FitOptions{study.iterations, &fitted, false, theta}; };
   std::array<Hypothesis, 3> tries = {out, out, out};
   tbb::parallel_for(std::size_t{0}, tries.size(), [&](std::size_t k) {
     Vector start = k == 0 ? solved : typical;
@@ -258,7 +262,7 @@ Hypothesis refined(const Study& study, const Hypothesis& base, const Hypothesis&
   for (const Hypothesis& one : tries)
     if (one.chi2 < out.chi2) out = one;
   // Yielding turns slopes around, and a fit stops early: it goes on as long as that pays.
-  for (double before = std::numeric_limits<double>::infinity(); out.chi2 < kGoesOn * before;) {
+  for (double before = coarse.chi2; out.chi2 < kGoesOn * before;) {
     before = out.chi2;
     Hypothesis longer = out;
     const PlantFit states = states_of(out.fit), others = states_of(out.held_out);
@@ -271,6 +275,38 @@ Hypothesis refined(const Study& study, const Hypothesis& base, const Hypothesis&
   return out;
 }
 
+/// A fit whose parameters ran to their ends, anew: first with residuals expected as large as the plant as delivered
+/// leaves them, where the priors hold the parameters at home, then with ever smaller ones (a continuation in the
+/// dispersion). What lies near the plant as delivered is found before what lies far away.
+Hypothesis graduated(const Study& study, const Hypothesis& lost) {
+  GapData data = study.data;
+  const Study own{study.nominal, data, study.solvers, study.candidates, study.tolerances, study.iterations};
+  const double least = lost.fit.dispersion;
+  Hypothesis out;
+  out.parameters = lost.parameters;
+  out.start = lost.start;
+  FitOptions options = {.linearise = false, .alone = true};
+  options.iterations = 0;
+  PlantFit fit = fit_plant(out.start, out.parameters, data.fitted, study.solvers.patient, options);
+  options.iterations = kPatient * study.iterations;
+  double dispersion = fit.misfit;
+  for (int step = 0; step < kGraduations && !fit.error.empty() && dispersion > least; ++step) {
+    disperse(data, dispersion);
+    const PlantFit states = states_of(fit);
+    options.from = &states;
+    options.theta = fit.theta;
+    fit = fit_plant(out.start, out.parameters, data.fitted, study.solvers.patient, options);
+    dispersion = std::min(kGraduation * dispersion, fit.misfit);
+  }
+  if (fit.error.empty()) return out;
+  disperse(data, least);
+  const PlantFit states = states_of(fit);
+  complete(own, study.solvers.patient,
+           {.iterations = kPatient * study.iterations, .from = &states, .theta = fit.theta, .alone = true},
+           {.iterations = study.iterations, .linearise = false}, out);
+  return out;
+}
+
 }  // namespace
 
 bool twins(const Hypothesis& a, const Hypothesis& b) {
@@ -278,6 +314,11 @@ bool twins(const Hypothesis& a, const Hypothesis& b) {
   for (std::size_t i = 0; i + 1 < a.effects.size(); ++i)
     if (name_of(a.effects[i]) != name_of(b.effects[i])) return false;
   return same_model(a, b);
+}
+
+bool far_off(const Hypothesis& hypothesis) {
+  const std::vector<double>& nrmse = hypothesis.stage.nrmse;
+  return std::any_of(nrmse.begin(), nrmse.end(), [](double own) { return own > kFarOff; });
 }
 
 bool stopped(const PlantFit& fit, Index count) {
@@ -304,6 +345,10 @@ Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<Fi
     fitted.theta = kStepBack * hypothesis.fit.theta;
     done = complete(study, study.solvers.patient, fitted, {.iterations = study.iterations, .linearise = false},
                     hypothesis);
+  }
+  if (done && far_off(hypothesis) && stopped(hypothesis.fit, hypothesis.fit.theta.size())) {
+    Hypothesis other = graduated(study, hypothesis);
+    if (other.chi2 < hypothesis.chi2) return other;
   }
   return hypothesis;
 }

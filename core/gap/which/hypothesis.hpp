@@ -33,6 +33,12 @@ struct Hypothesis {
   double plausibility = 0;  ///< log_plausibility summed over the effects, <= 0
 };
 
+/// Share of a channel's reading that re-tuning leaves, from which the plant is far from its records: a judgement. A
+/// channel of the other sign leaves more of what its drive makes, or of its own reading.
+inline constexpr double kFarOff = 0.2;
+/// True if the plant is far from the held-out records in a channel.
+bool far_off(const Hypothesis& hypothesis);
+
 /// True if one of a fit's `count` leading parameters, those with tolerances, went as far as it may.
 bool stopped(const PlantFit& fit, Index count);
 
@@ -64,9 +70,10 @@ struct Study {
   Index iterations = 12;                 ///< cap of a thorough fit; a quick one gets fewer, a patient one more
 };
 
-/// The plant itself with some parameters free. Linearised. Where the solution does not follow all records, or has no
-/// derivatives, on the way back from it to `plant`; `fit.error` is empty where nothing there does either.
-/// Cost: up to four times the study's iterations, each a Jacobian. Takes all threads.
+/// The plant itself with some parameters free. Linearised. Where parameters stop at their ends far from the records, it
+/// is fitted once more, by continuation from the plant as delivered. Where the solution does not follow all records, or
+/// has no derivatives, on the way back from it to `plant`; `fit.error` is empty where nothing there does either. Cost:
+/// up to four times the study's iterations, each a Jacobian. Takes all threads.
 Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<FitParameter> parameters);
 
 /// The plant of a hypothesis, from its solution on, with other priors. Not linearised.

@@ -107,8 +107,9 @@ bool add_less_expected(const Search& search, double colour, Candidates& singles)
 /// @param singles in which they take the places of the coarser ones   @return true if one did
 bool refine_singles(const Search& search, const std::vector<std::string>& names, Candidates& singles);
 
-/// Names of the singles that do not leave far more than the best one. @param singles ascending by chi2
-std::vector<std::string> not_far_behind(const Search& search, const Candidates& singles);
+/// Names of the singles that remove something of the gap and do not leave far more than the best one.
+/// @param singles ascending by chi2
+std::vector<std::string> worth_refining(const Search& search, const Candidates& singles);
 
 /// Parameters of the re-tuned plant set free of their tolerances, side by side.
 /// @param which numbers of tolerances

@@ -111,11 +111,12 @@ bool refine_singles(const Search& search, const std::vector<std::string>& names,
   return true;
 }
 
-std::vector<std::string> not_far_behind(const Search& search, const Candidates& singles) {
+std::vector<std::string> worth_refining(const Search& search, const Candidates& singles) {
   std::vector<std::string> names;
+  const double floor = search.study.data.samples, gap = search.retuned.chi2 - floor;
   for (const Hypothesis& single : singles.fits)
-    if (single.chi2 - search.study.data.samples <
-        search.effort.far_behind * (singles.fits.front().chi2 - search.study.data.samples))
+    if (single.chi2 - floor < search.effort.far_behind * (singles.fits.front().chi2 - floor) &&
+        single.chi2 - floor < (1 - search.thresholds.worth_pair) * gap)
       names.push_back(name_of(single.effects.back()));
   return names;
 }

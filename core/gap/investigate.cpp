@@ -1,0 +1,240 @@
+#include "core/gap/investigate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/gap/verdict/posterior.hpp"
+#include "core/gap/where/locate.hpp"
+#include "core/gap/where/unknown.hpp"
+#include "core/gap/which/parameter_label.hpp"
+
+namespace wheelhop {
+namespace {
+
+constexpr double kLargeGap = 1;     // beside a corrected instrument, from which what has no name is worth more fits
+constexpr double kBeyondNoise = 2;  // misfit of the best fit, from which what no model does counts for more than noise
+
+/// Where every parameter lies after re-tuning.
+std::vector<ToleranceEvidence> tolerances_of(const Study& study, const Hypothesis& retuned) {
+  std::vector<ToleranceEvidence> list;
+  const PlantFit& fit = retuned.fit;
+  const auto count = static_cast<Index>(study.tolerances.size());
+  if (fit.theta.size() < count || fit.covariance.rows() < count) return list;
+  const Vector z = leave_prior_out_z(fit.theta.head(count), fit.covariance);
+  for (Index i = 0; i < count; ++i) {
+    const FitParameter& parameter = study.tolerances[static_cast<std::size_t>(i)];
+    const ParameterLabel label = label_of(study.nominal, parameter.name);
+    const double effect = fit.jacobian.cols() > i ? fit.jacobian.col(i).norm() * std::abs(fit.theta(i)) : 0;
+    list.push_back({parameter.name, label.effect, label.location, fit.theta(i), std::sqrt(fit.covariance(i, i)), z(i),
+                    effect / std::sqrt(static_cast<double>(std::max<Index>(fit.residual.size(), 1)))});
+  }
+  return list;
+}
+
+/// Converters that the catalogue knows, and how much of the floor their rounding makes.
+std::vector<LatticeEvidence> lattices_of(const Study& study, const Hypothesis& retuned, const NoiseFloor& floor) {
+  std::vector<LatticeEvidence> list;
+  const FitRecord& record = study.data.fitted.front();
+  Operation operation;
+  if (record.quantum.size() == 0 || record.quantum.maxCoeff() <= 0 ||
+      !operation_of(retuned.fit.plant, study.data.fitted, retuned.fit.initial_states, operation))
+    return list;
+  const std::vector<EffectCandidate> candidates = study.candidates(retuned.fit.plant, operation);
+  for (Index j = 0; j < record.quantum.size(); ++j) {
+    const std::string& channel = study.nominal.sensors[static_cast<std::size_t>(j)].name;
+    const bool offered = std::any_of(candidates.begin(), candidates.end(), [&](const EffectCandidate& candidate) {
+      return candidate.effect == "quantisation" && candidate.location == "sensor:" + channel;
+    });
+    const double rounding = record.quantum(j) / std::sqrt(12.0);
+    if (record.quantum(j) > 0 && offered)
+      list.push_back({channel, record.quantum(j), rounding * rounding / (floor.std(j) * floor.std(j))});
+  }
+  return list;
+}
+
+/// Candidates none of whose parameters is one of the plant's own already: it is fitted inside its tolerance, and may be
+/// set free of that.
+CandidateList without_fitted(const CandidateList& candidates, const std::vector<FitParameter>& own) {
+  return [&candidates, own](const Plant& plant, const Operation& operation) {
+    std::vector<EffectCandidate> list = candidates(plant, operation);
+    std::erase_if(list, [&](const EffectCandidate& candidate) {
+      return std::any_of(candidate.parameters.begin(), candidate.parameters.end(), [&](const FitParameter& parameter) {
+        return std::any_of(own.begin(), own.end(),
+                           [&](const FitParameter& other) { return other.name == parameter.name; });
+      });
+    });
+    return list;
+  };
+}
+
+/// What the stages, the noise and the places tell; candidates are yet to come.
+/// @param faults gross ones that are not corrected
+Evidence evidence_of_stages(const Study& study, const NoiseFloor& floor, const Hypothesis& delivered,
+                            const Hypothesis& retuned, std::vector<InstrumentFault> faults) {
+  const GapData& data = study.data;
+  Evidence evidence;
+  evidence.noise = {{floor.std.begin(), floor.std.end()}, to_string(floor.source), floor.power_error, floor.colour};
+  evidence.held_out = data.apart;
+  const double sampling_hz = study.nominal.hold_hz() / static_cast<double>(data.held_out.front().ratio);
+  evidence.judged_from_s = static_cast<double>(judged_from(data.held_out.front(), data.block)) / sampling_hz;
+  evidence.samples = data.samples;
+  evidence.dispersion = data.fitted.front().dispersion;
+  evidence.channels = study.nominal.sensors.size();
+  for (const Element& element : study.nominal.elements) evidence.elements.push_back(element.name);
+  evidence.delivered = delivered.stage;
+  evidence.retuned = retuned.stage;
+  evidence.cannot_follow = cannot_follow(study.nominal, data, delivered, retuned);
+  if (!evidence.cannot_follow.empty()) return evidence;
+  evidence.delivered_chi2 = delivered.chi2;
+  evidence.retuned_chi2 = retuned.chi2;
+  evidence.retuned_prior_chi2 = retuned.prior_chi2;
+  evidence.retuned_misfit = retuned.fit.misfit;
+  evidence.tolerances = tolerances_of(study, retuned);
+  const auto count = static_cast<Index>(evidence.tolerances.size());
+  evidence.retuned_stopped = stopped(retuned.fit, count);
+  evidence.tolerance_covariance = retuned.fit.covariance.topLeftCorner(count, count);
+  evidence.gross_faults = std::move(faults);
+  // Around a gross fault that is not corrected re-tuning bends the plant out of all shape, and signals at its places
+  // tell nothing.
+  Located located =
+      locate_needed(evidence.gross_faults.empty() ? retuned.fit : delivered.fit, data.fitted, data.noise_shares);
+  evidence.places = std::move(located.places);
+  evidence.place_pairs = std::move(located.pairs);
+  evidence.places_needed = located.needed;
+  return evidence;
+}
+
+/// True if more candidates are worth their time: where an answer has no name and no single effect explains the gap, or
+/// where an answer's effects leave more than a share of the gap, on all records or on the held-out ones, or bend a
+/// parameter as far as it goes.
+bool explains_little(const Evidence& evidence, const Verdict& verdict, double share) {
+  const double gap = evidence.retuned_chi2 - evidence.samples;
+  const auto leaves = [&](const CandidateEvidence& own) { return own.chi2 - evidence.samples > share * gap; };
+  if (is_unnamed(verdict)) return std::all_of(evidence.singles.begin(), evidence.singles.end(), leaves);
+  if (is<Instruments>(verdict) && gap_left(evidence) > kLargeGap)
+    return std::all_of(evidence.singles.begin(), evidence.singles.end(), leaves);
+  const auto* effects = std::get_if<Effects>(&verdict.answer);
+  if (!effects) return false;
+  const CandidateEvidence& answer = candidate_of(evidence, *effects);
+  const bool bent =
+      std::any_of(answer.theta.begin(), answer.theta.end(), [](double own) { return std::abs(own) > kAtEnd; });
+  return bent || leaves(answer) || answer.closure.value < 1 - share;
+}
+
+/// The hypothesis behind an answer that is a plant; null for one that is none.
+Hypothesis* answer_of(Investigation& found) {
+  if (const auto* effects = std::get_if<Effects>(&found.verdict.answer))
+    return effects->parameter ? &found.beside.fits.front()
+                              : &(effects->pair ? found.pairs : found.singles).fits[effects->candidate];
+  if (const auto* parameters = std::get_if<Parameters>(&found.verdict.answer)) {
+    Hypothesis& own = found.freed.fits[parameters->freed];
+    return own.fit.error.empty() ? nullptr : &own;
+  }
+  return nullptr;
+}
+
+/// Pairs beside the best singles, and the verdict of all that is known.
+void judge(const Setting& setting, const Changes& changes, Investigation& found) {
+  Evidence& evidence = found.evidence;
+  evidence.singles = found.singles.evidence;
+  evidence.pairs.clear();
+  found.pairs = find_pairs(*found.search, changes, evidence, found.singles);
+  evidence.pairs = found.pairs.evidence;
+  found.verdict = decide(evidence, setting.options.thresholds);
+}
+
+/// Parameters that are wrong beside an answer of effects.
+void free_parameters_beside(const Setting& setting, Investigation& found) {
+  const auto* effects = std::get_if<Effects>(&found.verdict.answer);
+  if (!effects) return;
+  CandidateEvidence& own = (effects->pair ? found.evidence.pairs : found.evidence.singles)[effects->candidate];
+  if (setting.step) setting.step("parameters beside " + own.last().name());
+  found.beside.fits = free_beside(*found.search, found.evidence.tolerances, *answer_of(found), own);
+  found.verdict = decide(found.evidence, setting.options.thresholds);
+}
+
+}  // namespace
+
+std::string cannot_follow(const Plant& plant, const GapData& data, const Hypothesis& delivered,
+                          const Hypothesis& retuned) {
+  if (delivered.stage.blocks.size() > 0 && retuned.stage.blocks.size() > 0) return "";
+  std::string largest;
+  for (std::size_t i = 0; i < plant.inputs.size(); ++i) {
+    const double size = data.fitted.front().drive.row(static_cast<Index>(i)).cwiseAbs().maxCoeff();
+    largest += fmt::format("{}{} {:.3g} {}", i == 0 ? "" : ", ", plant.inputs[i].name, size, plant.inputs[i].unit);
+  }
+  return fmt::format(
+      "the plant {} cannot follow the drives of the records, which reach {}: is that the unit of the file?",
+      delivered.stage.blocks.size() == 0 ? "as delivered" : "as re-tuned", largest);
+}
+
+std::unique_ptr<Investigation> investigate(const Setting& setting, Base base, const GapStage& delivered,
+                                           std::vector<InstrumentFault> faults, CorrectionEvidence correction) {
+  const DiagnoseOptions& options = setting.options;
+  const auto step = [&](const std::string& what) {
+    if (setting.step) setting.step(what);
+  };
+  auto found = std::make_unique<Investigation>();
+  found->base = std::move(base);
+  const Plant& plant = found->base.plant;
+  const Hypothesis& retuned = found->base.retuned;
+  const std::vector<FitParameter> tolerances = tolerance_parameters(plant);
+  found->candidates = without_fitted(setting.candidates, tolerances);
+  found->study.emplace(plant, setting.data, setting.solvers, found->candidates, tolerances, options.iterations);
+  found->search.emplace(*found->study, options.thresholds, options.effort, setting.bootstrap, found->base.delivered,
+                        retuned, setting.step);
+  const Search& search = *found->search;
+  step("where it enters");
+  Evidence& evidence = found->evidence;
+  evidence = evidence_of_stages(*found->study, setting.floor, found->base.delivered, retuned, std::move(faults));
+  evidence.delivered = delivered;
+  evidence.correction = std::move(correction);
+  if (!evidence.cannot_follow.empty()) {
+    found->verdict = decide(evidence, options.thresholds);
+    return found;
+  }
+  step("every effect at every place");
+  Changes changes;
+  found->singles = find_singles(search, setting.floor.colour, changes);
+  evidence.singles = found->singles.evidence;
+  found->freed = free_parameters(search, parameters_to_free(search, evidence));
+  evidence.freed = found->freed.evidence;
+  evidence.lattices = lattices_of(*found->study, retuned, setting.floor);
+  judge(setting, changes, *found);
+  const auto little = [&] { return explains_little(evidence, found->verdict, options.effort.leaves_much); };
+  if (little() && add_less_expected(search, setting.floor.colour, found->singles)) judge(setting, changes, *found);
+  // Forms of an answer that explains little may all be too coarse, and the finer form of another one be what is
+  // missing.
+  std::vector<std::string> finer = found->verdict.named;
+  finer.insert(finer.end(), found->verdict.ambiguous_with.begin(), found->verdict.ambiguous_with.end());
+  if (little()) finer = worth_refining(search, found->singles);
+  if (refine_singles(search, finer, found->singles)) judge(setting, changes, *found);
+  if (is_place(found->verdict)) {
+    evidence.motion = motion_shares(retuned.fit, setting.data.fitted, evidence.places, options.thresholds.elsewhere);
+    found->verdict = decide(evidence, options.thresholds);
+  }
+  free_parameters_beside(setting, *found);
+  found->answer = answer_of(*found);
+  return found;
+}
+
+double dispersion_needed(const Investigation& found, const Setting& setting) {
+  const auto count = static_cast<Index>(found.study->tolerances.size());
+  const auto far = [&](const Hypothesis& own) {
+    return count > 0 && own.fit.theta.size() >= count &&
+           own.fit.theta.head(count).cwiseAbs().maxCoeff() > setting.options.thresholds.not_home;
+  };
+  if (!found.evidence.cannot_follow.empty() ||
+      !explains_little(found.evidence, found.verdict, setting.options.effort.leaves_much))
+    return 1;
+  const Hypothesis* best = &found.base.retuned;
+  for (const auto* list : {&found.singles.fits, &found.pairs.fits, &found.freed.fits})
+    for (const Hypothesis& own : *list)
+      if (own.chi2 < best->chi2) best = &own;
+  if (!(best->fit.misfit > kBeyondNoise) || !(far(found.base.retuned) || far(*best))) return 1;
+  return dispersion_of(setting.data, best->fit, best->held_out);
+}
+
+}  // namespace wheelhop
