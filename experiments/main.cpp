@@ -87,6 +87,7 @@ int run_program(int count, char** words) {
   add_reproduce(app, run);
   add_sweep(app, run);
   add_compare(app, run);
+  add_rigs(app, run);
   add_report(app, run);
   require_known_command(app, count, words);
   if (count < 2) {

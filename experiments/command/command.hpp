@@ -23,6 +23,7 @@ void add_decide(CLI::App& app, Run& run);
 void add_blind(CLI::App& app, Run& run);
 void add_plan(CLI::App& app, Run& run);
 void add_reproduce(CLI::App& app, Run& run);
+void add_rigs(CLI::App& app, Run& run);
 void add_report(CLI::App& app, Run& run);
 void add_sweep(CLI::App& app, Run& run);
 void add_compare(CLI::App& app, Run& run);

@@ -7,6 +7,7 @@
 #include "experiments/compare/compare.hpp"
 #include "experiments/report/render.hpp"
 #include "experiments/reproduce/reproduce.hpp"
+#include "experiments/rigs/rigs.hpp"
 #include "experiments/sweep/grid.hpp"
 #include "experiments/sweep/sweep.hpp"
 
@@ -88,6 +89,22 @@ void add_compare(CLI::App& app, Run& run) {
       "losses, Wilcoxon's signed-rank test corrected by Holm over all pairs, the rank-biserial correlation; per group\n"
       "Friedman's ranks with Nemenyi's critical difference, and Dolan and More's performance profiles.\n"
       "Example:\n  wheelhop compare out/inversion --over inversion --by snr_db");
+}
+
+void add_rigs(CLI::App& app, Run& run) {
+  auto [command, request] =
+      add_command(app, "rigs", "diagnose and identify measured rigs, beside what is known of them", run, run_rigs);
+  command.add_option("CONFIG", request.config, "list of rigs: name, what is known, plant or config, records")
+      ->required();
+  command.add_option("--out", request.out, "folder to write: a result a rig, rigs.json, timing.json")->required();
+  add_quiet(command, request.quiet);
+  command.footer(
+      "{\"rigs\": [{\"name\": \"damper\", \"known\": \"friction, by hand\", \"known_rmse\": {\"force\": 12.5},\n"
+      "           \"diagnose\": {\"plant\": \"damper.json\", \"records\": \"damper_records.json\"}}]}\n"
+      "or \"identify\": {\"config\": FILE, \"records\": FILE} in place of \"diagnose\". A rig that fails stands there "
+      "with its\nmessage, and the others are done. The records of the example are public "
+      "and not in this\nproject: results/README.md says where each comes from.\n"
+      "Example:\n  wheelhop rigs experiments/configs/rigs/rigs.json --out out/rigs");
 }
 
 void add_report(CLI::App& app, Run& run) {

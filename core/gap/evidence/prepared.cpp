@@ -20,7 +20,7 @@ GapStage stage_of(const GapData& data, const PlantFit& run) {
   GapStage stage;
   const Index p = run.plant.sensor_count();
   Vector error_power = Vector::Zero(p), power = error_power;
-  double squares = 0, count = 0;
+  double squares = 0, count = 0, judged = 0;
   std::vector<double> blocks;
   for (std::size_t i = 0; i < run.error.size(); ++i) {
     const FitRecord& record = data.held_out[i];
@@ -31,12 +31,16 @@ GapStage stage_of(const GapData& data, const PlantFit& run) {
     const Matrix r = record.weight_std.cwiseInverse().asDiagonal() * error;
     squares += r.squaredNorm();
     count += static_cast<double>(r.size());
+    judged += static_cast<double>(kept);
     const Vector own = block_misfits(r, data.block);
     blocks.insert(blocks.end(), own.begin(), own.end());
   }
   stage.blocks = Eigen::Map<Vector>(blocks.data(), static_cast<Index>(blocks.size()));
   stage.misfit = squares / count;
-  for (Index i = 0; i < p; ++i) stage.nrmse.push_back(std::sqrt(error_power(i) / power(i)));
+  for (Index i = 0; i < p; ++i) {
+    stage.rmse.push_back(std::sqrt(error_power(i) / judged));
+    stage.nrmse.push_back(std::sqrt(error_power(i) / power(i)));
+  }
   return stage;
 }
 
