@@ -34,6 +34,7 @@ wheelhop_tests(program wheelhop_plant
   end_to_end/look.cpp
   end_to_end/plan.cpp
   end_to_end/reproduce.cpp
+  end_to_end/rigs.cpp
   end_to_end/silverbox.cpp
   end_to_end/sweep.cpp)
 target_compile_definitions(test_program PRIVATE WHEELHOP_PROGRAM="$<TARGET_FILE:wheelhop>")

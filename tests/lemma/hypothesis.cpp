@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <map>
 
+#include "core/gap/which/correction.hpp"
 #include "core/gap/which/hypothesis.hpp"
 #include "core/gap/which/parameter_label.hpp"
 #include "core/gap/which/search.hpp"
@@ -21,14 +23,17 @@ namespace {
 /// Records of a plant that was moving before they began, without noise, at a floor of 1 % of each channel.
 /// @param validation level of the validation record over that of the estimation record
 RecordSet in_motion(const Plant& plant, Index samples, double validation = 1) {
-  const Index ratio = 5, lead = 4000;
+  const Index ratio = 5, lead = 4000, inputs = plant.input_count();
   Random random = numbers(631);
   RecordSet set;
   set.sampling_hz = plant.hold_hz() / static_cast<double>(ratio);
   for (const char* role : {"estimation", "validation"}) {
-    Matrix drive = Matrix::Zero(1, (lead + samples) * ratio);
+    Matrix drive = Matrix::Zero(inputs, (lead + samples) * ratio);
     for (Index k = ratio; k < drive.cols(); ++k)  // held over a sample of the record
-      drive(0, k) = k % ratio == 0 ? 0.98 * drive(0, k - 1) + 1e-3 * random.normal() : drive(0, k - 1);
+      for (Index i = 0; i < inputs; ++i) {
+        const double size = plant.inputs[static_cast<std::size_t>(i)].kind == InputKind::force ? 1 : 1e-3;
+        drive(i, k) = k % ratio == 0 ? 0.98 * drive(i, k - 1) + size * random.normal() : drive(i, k - 1);
+      }
     if (std::string(role) == "validation") drive *= validation;
     GeneratedRecord made = generate_record(plant, drive, set.sampling_hz, {.substeps = stable_substeps(plant)});
     REQUIRE(made.status == Status::ok);
@@ -107,6 +112,89 @@ TEST_CASE(
   heavy.masses[1].mass_kg *= 1.5;
   const Study wrong{heavy, data, solvers, candidates, {}};
   CHECK(fit_hypothesis(wrong, heavy, {}).chi2 > 2 * data.samples);
+}
+
+TEST_CASE(
+    "the larger the residuals that a fit expects, the nearer to home its parameters stay, and the less they know") {
+  Plant nominal = plant_from(quarter_car_text);
+  nominal.inputs[0].interpolation = "zoh";
+  Plant truth = nominal;
+  truth.elements[0].laws.push_back({find_law("coulomb_friction"), {60, 0.002}});
+  const RecordSet set = in_motion(truth, 2000);
+  const auto solver = make_levenberg_marquardt({});
+  GapData data = gap_data(nominal, set, noise_floor(set), 0.5);
+  const GapSolvers solvers{*solver, *solver, *solver};
+  const CandidateList candidates = effect_candidates;
+  const Study study{nominal, data, solvers, candidates, tolerance_parameters(nominal)};
+  double prior = std::numeric_limits<double>::infinity(), misfit = 0;
+  Vector std = Vector::Zero(static_cast<Index>(study.tolerances.size()));
+  for (const double dispersion : {1.0, 1e2, 1e4, 1e6, 1e10}) {
+    CAPTURE(dispersion);
+    disperse(data, dispersion);
+    const Hypothesis fitted = fit_hypothesis(study, nominal, study.tolerances);
+    REQUIRE_FALSE(fitted.fit.error.empty());
+    CHECK(fitted.prior_chi2 <= prior * (1 + 1e-6));
+    CHECK(fitted.fit.misfit >= misfit * (1 - 1e-3));
+    const Vector now = fitted.fit.covariance.diagonal().cwiseSqrt();
+    CHECK((now - std).minCoeff() > -0.05);
+    CHECK(now.maxCoeff() < 1 + 1e-9);
+    prior = fitted.prior_chi2;
+    misfit = fitted.fit.misfit;
+    std = now;
+  }
+  CHECK(prior < 1e-4);
+  CHECK(std.minCoeff() > 0.99);
+}
+
+TEST_CASE("what a fit leaves in one band disperses more than white noise of its size, and noise alone does not") {
+  Random random = numbers(632);
+  for (const double size : {1.0, 3.0}) {
+    GapData data;
+    data.fitted.push_back({Matrix::Zero(1, 4000), Matrix::Zero(2, 4000), 1, 0, Vector::Ones(2), {}});
+    data.apart = false;
+    PlantFit white, slow;
+    white.error.push_back(size * random.normal(2, 4000));
+    Matrix wave(2, 4000);
+    for (Index k = 0; k < 4000; ++k)
+      wave.col(k).setConstant(size * std::sqrt(2.0) * std::sin(0.05 * static_cast<double>(k)));
+    slow.error.push_back(wave);
+    const double of_white = dispersion_of(data, white, {}), of_slow = dispersion_of(data, slow, {});
+    CAPTURE(size, of_white, of_slow);
+    CHECK(of_white < 1 + 1.5 * (size * size - 0.95));
+    CHECK(of_white >= 1);
+    if (size > 1) CHECK(of_slow > 8 * of_white);
+  }
+}
+
+TEST_CASE("behind a plant that is bent by it the wrong sign of a drive is found, and no sign where all are right") {
+  Random random = numbers(633);
+  for (int draw = 0; draw < 3; ++draw) {
+    Plant truth = plant_from(chain_text);
+    for (PlantInput& input : truth.inputs) input.interpolation = "zoh";
+    Plant nominal = truth;
+    for (const FitParameter& parameter : tolerance_parameters(truth))
+      set_parameter(truth, parameter.name, get_parameter(truth, parameter.name) * (1 + 0.15 * random.normal()));
+    for (const double sign : {1.0, -1.0}) {
+      CAPTURE(draw, sign);
+      set_parameter(truth, "actuator:motor.gain", sign);
+      const RecordSet set = in_motion(truth, 1500);
+      const auto solver = make_levenberg_marquardt({});
+      const GapData data = gap_data(nominal, set, noise_floor(set), 0.5);
+      const GapSolvers solvers{*solver, *solver, *solver};
+      const CandidateList candidates = effect_candidates;
+      const Study study{nominal, data, solvers, candidates, tolerance_parameters(nominal)};
+      const Base base{nominal, fit_hypothesis(study, nominal, {}), fit_hypothesis(study, nominal, study.tolerances)};
+      const std::vector<InstrumentFault> faults = wrong_sign(study, base, 1, {});
+      if (sign > 0) {
+        CHECK(faults.empty());
+        continue;
+      }
+      REQUIRE(faults.size() == 1);
+      CHECK(faults[0].effect == "gain_error");
+      CHECK(faults[0].location == "actuator:motor");
+      CHECK(faults[0].value < -0.3);
+    }
+  }
 }
 
 TEST_CASE("a wrong parameter is called by what it belongs to: slopes, paths, laws with a memory") {
