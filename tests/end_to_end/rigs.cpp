@@ -20,7 +20,8 @@ Json rig(const std::string& name, const std::string& task, const std::string& fi
 
 }  // namespace
 
-TEST_CASE("rigs: names, errors of each stage and what is known stand in one file, and a rig that fails beside them") {
+TEST_CASE("rigs: names, errors of each stage and what is known stand in one file, and a rig that fails beside them",
+          "[slow]") {
   const Folder folder;
   const auto at = [&](const std::string& name) { return (folder / name).string(); };
   REQUIRE(run_program("generate " + configs + "generate_rig.json --quiet --out " + at("rig")).status == 0);
@@ -72,5 +73,6 @@ TEST_CASE("rigs: a list that cannot be meant is refused before anything is done"
   neither.erase("diagnose");
   path["name"] = "../out";
   unknown["knwon"] = 1;
-  for (const Json& wrong : {both, neither, path, unknown}) CHECK_THAT(refused(Json::array({wrong})), Contains("$.rigs[0]"));
+  for (const Json& wrong : {both, neither, path, unknown})
+    CHECK_THAT(refused(Json::array({wrong})), Contains("$.rigs[0]"));
 }

@@ -166,7 +166,8 @@ TEST_CASE("what a fit leaves in one band disperses more than white noise of its 
   }
 }
 
-TEST_CASE("behind a plant that is bent by it the wrong sign of a drive is found, and no sign where all are right") {
+TEST_CASE("behind a plant that is bent by it the wrong sign of a drive is found, and no sign where all are right",
+          "[slow]") {
   Random random = numbers(633);
   for (int draw = 0; draw < 3; ++draw) {
     Plant truth = plant_from(chain_text);
