@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/base/random.hpp"
+#include "core/gap/study/forced.hpp"
 #include "core/greybox/plant_fit.hpp"
 #include "core/plant/dataset.hpp"
 #include "core/plant/simulate.hpp"
@@ -177,4 +178,28 @@ TEST_CASE("a plant file without a hold rate stays one, and says so where a rate 
   Json file = to_json(plant);
   file["inputs"][0]["interpolation"] = "zoh";
   CHECK_THROWS_AS(parse_plant(JsonCursor::from(file, "held.json")), UserError);
+}
+
+TEST_CASE("a force that is known as long as a record is compared acts there alone, and none changes nothing") {
+  Random random(14, Stream::road);
+  for (const bool by_force : {true, false}) {
+    const Drawn drawn = draw(random, by_force, 200, 0.2);
+    PlantFit fit;
+    fit.plant = with_drive_rate(drawn.oscillator.plant(), set_of(drawn));
+    const FitRecord record = fit_record(fit.plant, drawn.record, Vector::Ones(2));
+    REQUIRE(record.drive.cols() > record.y.cols() * record.ratio);
+    fit.initial_states = {drawn.start};
+    Vector plain;
+    REQUIRE(plant_residual(fit.plant, {record}, fit.initial_states, plain));
+    for (const double size : {0.0, 1.0}) {
+      const ForcedPlant forced = force_at(fit, {record}, "leg", {Vector::Constant(record.y.cols(), size)});
+      const Matrix& drive = forced.records[0].drive;
+      REQUIRE(drive.cols() == record.drive.cols());
+      CHECK(drive.topRows(1) == record.drive);
+      CHECK(drive.bottomRows(1).rightCols(drive.cols() - record.y.cols() * record.ratio).isZero(0));
+      const std::vector<Matrix> left = residuals(forced);
+      REQUIRE(left.size() == 1);
+      if (size == 0) CHECK((left[0].reshaped() - plain).norm() <= 1e-9 * plain.norm());
+    }
+  }
 }

@@ -1,5 +1,6 @@
 #include "core/gap/study/forced.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -25,8 +26,11 @@ ForcedPlant force_at(const PlantFit& fit, const std::vector<FitRecord>& records,
     Matrix force = interpolate(-forces[i].transpose(), record.ratio, Interpolation::band_limited);
     const Index last = force.cols() - 1;
     force.leftCols(last) = 0.5 * (force.leftCols(last) + force.rightCols(last)).eval();
-    record.drive.resize(records[i].drive.rows() + 1, records[i].drive.cols());
-    record.drive << records[i].drive, force;
+    // The drive of a record may go on behind its last compared sample; the force there is not known.
+    record.drive = Matrix::Zero(records[i].drive.rows() + 1, records[i].drive.cols());
+    record.drive.topRows(records[i].drive.rows()) = records[i].drive;
+    const Index known = std::min(force.cols(), record.drive.cols());
+    record.drive.bottomRows(1).leftCols(known) = force.leftCols(known);
     forced.records.push_back(std::move(record));
   }
   return forced;
