@@ -17,10 +17,10 @@ inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// The plant at a stage on the held-out records: as delivered, re-tuned, with the answer.
 struct GapStage {
-  double misfit = 0;          ///< reduced chi-square, 1 at the floor; NaN where the plant does not follow the drive
-  std::vector<double> rmse;   ///< p, RMS of the error, in the unit of the channel
-  std::vector<double> nrmse;  ///< p, the same over the RMS of the record
-  Vector blocks;              ///< reduced chi-square of each block of time; empty where a simulation failed
+  double misfit = 0;              ///< reduced chi-square, 1 at the floor; NaN where the plant does not follow the drive
+  std::vector<double> nrmse;      ///< p, RMS of the error over RMS of the record
+  Vector blocks;                  ///< reduced chi-square of each block of time; empty where a simulation failed
+  std::vector<double> rmse = {};  ///< p, RMS of the error, in the unit of the channel
   template <class V>
   void fields(V&& visit) {
     visit("misfit", misfit);
