@@ -13,9 +13,6 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kLargeGap = 1;     // beside a corrected instrument, from which what has no name is worth more fits
-constexpr double kBeyondNoise = 2;  // misfit of the best fit, from which what no model does counts for more than noise
-
 /// Where every parameter lies after re-tuning.
 std::vector<ToleranceEvidence> tolerances_of(const Study& study, const Hypothesis& retuned) {
   std::vector<ToleranceEvidence> list;
@@ -109,11 +106,12 @@ Evidence evidence_of_stages(const Study& study, const NoiseFloor& floor, const H
 /// True if more candidates are worth their time: where an answer has no name and no single effect explains the gap, or
 /// where an answer's effects leave more than a share of the gap, on all records or on the held-out ones, or bend a
 /// parameter as far as it goes.
-bool explains_little(const Evidence& evidence, const Verdict& verdict, double share) {
+bool explains_little(const Evidence& evidence, const Verdict& verdict, const SearchEffort& effort) {
+  const double share = effort.leaves_much;
   const double gap = evidence.retuned_chi2 - evidence.samples;
   const auto leaves = [&](const CandidateEvidence& own) { return own.chi2 - evidence.samples > share * gap; };
   if (is_unnamed(verdict)) return std::all_of(evidence.singles.begin(), evidence.singles.end(), leaves);
-  if (is<Instruments>(verdict) && gap_left(evidence) > kLargeGap)
+  if (is<Instruments>(verdict) && gap_left(evidence) > effort.large_gap)
     return std::all_of(evidence.singles.begin(), evidence.singles.end(), leaves);
   const auto* effects = std::get_if<Effects>(&verdict.answer);
   if (!effects) return false;
@@ -203,7 +201,7 @@ std::unique_ptr<Investigation> investigate(const Setting& setting, Base base, co
   evidence.freed = found->freed.evidence;
   evidence.lattices = lattices_of(*found->study, retuned, setting.floor);
   judge(setting, changes, *found);
-  const auto little = [&] { return explains_little(evidence, found->verdict, options.effort.leaves_much); };
+  const auto little = [&] { return explains_little(evidence, found->verdict, options.effort); };
   if (little() && add_less_expected(search, setting.floor.colour, found->singles)) judge(setting, changes, *found);
   // Forms of an answer that explains little may all be too coarse, and the finer form of another one be what is
   // missing.
@@ -226,14 +224,13 @@ double dispersion_needed(const Investigation& found, const Setting& setting) {
     return count > 0 && own.fit.theta.size() >= count &&
            own.fit.theta.head(count).cwiseAbs().maxCoeff() > setting.options.thresholds.not_home;
   };
-  if (!found.evidence.cannot_follow.empty() ||
-      !explains_little(found.evidence, found.verdict, setting.options.effort.leaves_much))
+  if (!found.evidence.cannot_follow.empty() || !explains_little(found.evidence, found.verdict, setting.options.effort))
     return 1;
   const Hypothesis* best = &found.base.retuned;
   for (const auto* list : {&found.singles.fits, &found.pairs.fits, &found.freed.fits})
     for (const Hypothesis& own : *list)
       if (own.chi2 < best->chi2) best = &own;
-  if (!(best->fit.misfit > kBeyondNoise) || !(far(found.base.retuned) || far(*best))) return 1;
+  if (!(best->fit.misfit > setting.options.effort.beyond_noise) || !(far(found.base.retuned) || far(*best))) return 1;
   return dispersion_of(setting.data, best->fit, best->held_out);
 }
 

@@ -21,6 +21,9 @@ struct SearchEffort {
   Index fits = 10;            ///< quick fits of singles
   double leaves_much = 0.06;  ///< of the gap that the best of these leaves, from which others are fitted that the
                               ///< screen expects less of: as `worth_second`
+  double large_gap = 1;       ///< beside a corrected instrument, from which a gap without a name is worth those others
+  double beyond_noise = 2;    ///< misfit of the best fit, from which all is fitted once more with residuals expected
+                              ///< of that size
   Index finished = 4;         ///< of these, the best that are fitted on to the end
   double freeing_z = 2;       ///< z of a parameter from which parameters are fitted without their tolerances
   double freed_z = 1;         ///< and of those that then are
@@ -43,6 +46,8 @@ struct SearchEffort {
     visit("screened", screened);
     visit("fits", fits);
     visit("leaves_much", leaves_much);
+    visit("large_gap", large_gap);
+    visit("beyond_noise", beyond_noise);
     visit("finished", finished);
     visit("freeing_z", freeing_z);
     visit("freed_z", freed_z);
