@@ -18,7 +18,7 @@ struct RigsRequest {
 /// Does each as `wheelhop diagnose` and `identify` do, prints what these print and a table at the end, and writes into
 /// DIR: NAME.json, NAME.plant.json of a diagnosis, `rigs.json` (schema `wheelhop.rigs/1`) and, apart because no run
 /// gives them again, `timing.json` with the seconds. RMSE are of the validation records, one after the other; of a
-/// diagnosis all of them pooled, as delivered, re-tuned, and with the answer.
+/// diagnosis all of them pooled, as delivered, re-tuned (gross faults of instruments corrected), and with the answer.
 /// @return 0; 1 if a rig failed, the others stand. UserError of a rig whose files are wrong, before any is done where
 /// they are not there.
 int run_rigs(const RigsRequest& request);
