@@ -104,8 +104,8 @@ Evidence evidence_of_stages(const Study& study, const NoiseFloor& floor, const H
 }
 
 /// True if more candidates are worth their time: where an answer has no name and no single effect explains the gap, or
-/// where an answer's effects leave more than a share of the gap, on all records or on the held-out ones, or bend a
-/// parameter as far as it goes.
+/// where an answer's effects leave more than `leaves_much` of the gap, on all records or on the held-out ones, or bend
+/// a parameter as far as it goes, or where a gap of `large_gap` beside a corrected instrument has no such effect.
 bool explains_little(const Evidence& evidence, const Verdict& verdict, const SearchEffort& effort) {
   const double share = effort.leaves_much;
   const double gap = evidence.retuned_chi2 - evidence.samples;

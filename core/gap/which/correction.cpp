@@ -8,8 +8,10 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kCoarse = 10;  // tolerances within which the size of a fault is known at first: a judgement
-constexpr double kTold = 4;     // standard deviations by which records must tell the sign of a channel: a judgement
+// Judgements: the tolerances within which the size of a fault is known at first, and the standard deviations by which
+// the records must tell the sign of a channel.
+constexpr double kCoarse = 10;
+constexpr double kTold = 4;
 
 /// The effect of the catalogue that a fault is, in a plant that may have others already; its size that of the fault.
 std::optional<EffectCandidate> candidate_of(const Study& study, const Plant& plant, const Operation& operation,

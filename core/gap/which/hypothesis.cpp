@@ -18,9 +18,12 @@ constexpr double kStepBack = 0.8;
 constexpr Index kQuickIterations = 8;
 constexpr double kNear = 0.15;  // of the fall of chi2, by which a quick fit may lie behind the best and be fitted on
 
-constexpr int kGraduations = 9;      // fits on the way from far away, at most, each of which expects
-constexpr double kGraduation = 0.1;  // so much of the variance that the one before expected, or less
-constexpr double kGoesOn = 0.9;      // of chi2 before, below which a finer form is fitted on
+// Judgements, on the way from a plant far from its records: fits at most, and the largest share of the dispersion that
+// one fit expects of that which the fit before expected.
+constexpr int kGraduations = 9;
+constexpr double kGraduation = 0.1;
+// A judgement: a finer form is fitted further as long as chi2 falls below this share of what it was.
+constexpr double kGoesOn = 0.9;
 
 constexpr double kWorse = 1.5;         // held-out misfit over the fitted one, from which parameters may be the reason,
 constexpr double kWorseByChance = 5;   // if it is by so many standard errors of chi2
