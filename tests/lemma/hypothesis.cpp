@@ -119,7 +119,7 @@ TEST_CASE(
   Plant nominal = plant_from(quarter_car_text);
   nominal.inputs[0].interpolation = "zoh";
   Plant truth = nominal;
-  truth.elements[0].laws.push_back({find_law("coulomb_friction"), {60, 0.002}});
+  truth.elements[0].laws.push_back({find_law("coulomb_friction"), {60, 0, 0.05, 0.005}});
   const RecordSet set = in_motion(truth, 2000);
   const auto solver = make_levenberg_marquardt({});
   GapData data = gap_data(nominal, set, noise_floor(set), 0.5);
