@@ -19,6 +19,63 @@ double clock_skew_of(const std::vector<InstrumentFault>& faults) {
   return 0;
 }
 
+/// Share of a floor that a lower one has to come to before the records are prepared once more: a judgement.
+constexpr double kLowerFloor = 0.9;
+
+/// What a diagnosis is asked with.
+struct Common {
+  const Plant& plant;
+  const RecordSet& set;
+  const CandidateList& candidates;
+  const GapSolvers& solvers;
+  const DiagnoseOptions& options;
+  std::uint64_t seed = 0;
+  const Step& step;
+};
+
+/// The records over a floor, and the plant's fits without any effect.
+struct Opening {
+  NoiseFloor floor;
+  GapData data;
+  GapStage delivered;
+  Plant retuned_plant;  ///< without the gross faults that the base holds
+  Base base;
+  std::vector<InstrumentFault> faults;  ///< gross ones that are not corrected
+  CorrectionEvidence correction;
+};
+
+Opening opened(const Common& common, NoiseFloor floor) {
+  const auto& [plant, set, candidates, solvers, options, seed, step] = common;
+  Opening out;
+  out.floor = std::move(floor);
+  out.data = gap_data(plant, set, out.floor, options.block_s);
+  const Study plain{plant, out.data, solvers, candidates, tolerance_parameters(plant), options.iterations};
+  const Bootstrap bootstrap{options.draws, out.floor.power_error, seed};
+  out.base.plant = plant;
+  if (step) step("the plant as delivered");
+  out.base.delivered = fit_hypothesis(plain, plant, {});
+  out.faults = gross_faults(out.base.delivered.fit, out.data.fitted);
+  if (const double skew = clock_skew_of(out.faults); skew > 0) {
+    leave_out_end(out.data, skew);
+    out.base.delivered = fit_hypothesis(plain, plant, {});
+  }
+  if (step) step("re-tuning inside the tolerances");
+  out.base.retuned = fit_hypothesis(plain, plant, plain.tolerances);
+  out.retuned_plant = out.base.retuned.fit.plant;
+  out.delivered = out.base.delivered.stage;
+  if (!cannot_follow(plant, out.data, out.base.delivered, out.base.retuned).empty()) return out;
+  if (step) step("gross faults of instruments");
+  if (out.faults.empty() && far_off(out.base.retuned) &&
+      stopped(out.base.retuned.fit, out.base.retuned.fit.theta.size()))
+    out.faults = wrong_sign(plain, out.base, out.floor.colour, options.thresholds);
+  if (std::optional<Base> better =
+          corrected(plain, out.base, out.faults, out.floor.colour, bootstrap, options.thresholds, out.correction)) {
+    out.base = std::move(*better);
+    out.faults.clear();
+  }
+  return out;
+}
+
 /// What the verdict, one of effects, asks for. @param answer linearised
 FollowUp follow_up(const Investigation& found, Hypothesis& answer, const Thresholds& thresholds) {
   FollowUp out;
@@ -57,36 +114,24 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   Diagnosis diagnosis;
   diagnosis.thresholds = options.thresholds;
   diagnosis.effort = options.effort;
-  diagnosis.plant = diagnosis.retuned_plant = plant;
   diagnosis.spikes = set.spikes;
-  diagnosis.floor = noise_floor(prediction_errors(plant, set));
-  GapData data = gap_data(plant, set, diagnosis.floor, options.block_s);
-  const Study plain{plant, data, solvers, candidates, tolerance_parameters(plant), options.iterations};
+  const Common common{plant, set, candidates, solvers, options, seed, step};
+  Opening opening = opened(common, noise_floor(prediction_errors(plant, set)));
+  // Repeats whose drives differ tell the floor by what the plant leaves of them, and a wrong plant leaves more.
+  if (opening.floor.source == FloorSource::repeats && opening.base.retuned.stage.blocks.size() > 0) {
+    NoiseFloor lower = noise_floor(prediction_errors(opening.base.retuned.fit.plant, set));
+    if ((lower.std.array() < kLowerFloor * opening.floor.std.array()).any()) opening = opened(common, std::move(lower));
+  }
+  diagnosis.floor = opening.floor;
+  diagnosis.plant = plant;
+  diagnosis.retuned_plant = opening.retuned_plant;
+  GapData& data = opening.data;
+  Base& base = opening.base;
+  std::vector<InstrumentFault>& faults = opening.faults;
+  CorrectionEvidence& correction = opening.correction;
+  const GapStage as_delivered = opening.delivered;
   const Bootstrap bootstrap{options.draws, diagnosis.floor.power_error, seed};
   const Setting setting{data, solvers, candidates, options, diagnosis.floor, bootstrap, step};
-  Base base{plant, {}, {}};
-  if (step) step("the plant as delivered");
-  base.delivered = fit_hypothesis(plain, plant, {});
-  std::vector<InstrumentFault> faults = gross_faults(base.delivered.fit, data.fitted);
-  if (const double skew = clock_skew_of(faults); skew > 0) {
-    leave_out_end(data, skew);
-    base.delivered = fit_hypothesis(plain, plant, {});
-  }
-  if (step) step("re-tuning inside the tolerances");
-  base.retuned = fit_hypothesis(plain, plant, plain.tolerances);
-  diagnosis.retuned_plant = base.retuned.fit.plant;
-  const GapStage as_delivered = base.delivered.stage;
-  CorrectionEvidence correction;
-  if (cannot_follow(plant, data, base.delivered, base.retuned).empty()) {
-    if (step) step("gross faults of instruments");
-    if (faults.empty() && far_off(base.retuned) && stopped(base.retuned.fit, base.retuned.fit.theta.size()))
-      faults = wrong_sign(plain, base, diagnosis.floor.colour, options.thresholds);
-    if (std::optional<Base> better =
-            corrected(plain, base, faults, diagnosis.floor.colour, bootstrap, options.thresholds, correction)) {
-      base = std::move(*better);
-      faults.clear();
-    }
-  }
   std::unique_ptr<Investigation> found = investigate(setting, base, as_delivered, faults, correction);
   if (const double dispersion = dispersion_needed(*found, setting); dispersion > 1) {
     // What no model of the class does is larger than the noise: once more, with parameters held at home as firmly as

@@ -144,19 +144,21 @@ Json where_json(const Plant& plant, const Diagnosis& diagnosis, const Examinatio
 }
 
 Json how_far_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination) {
-  Json far = {
-      {"as_delivered", stage_json(plant, diagnosis.evidence.delivered)},
-      {"retuned", stage_json(plant, retuned_of(diagnosis.evidence))},
-      {"with_effect", stage_json(plant, corrected_stage(diagnosis.evidence, diagnosis.verdict))},
-      {"floor", {{"std", by_channel(plant, diagnosis.floor.std)}, {"source", to_string(diagnosis.floor.source)}}},
-      {"held_out", diagnosis.evidence.held_out},
-      {"judged_from_s", diagnosis.evidence.judged_from_s},
-      {"closure", closure_of(diagnosis.evidence, diagnosis.verdict).value},
-      {"closure_ci90", interval(closure_of(diagnosis.evidence, diagnosis.verdict))},
-      {"closure_of_retuning", closure_of_retuning(diagnosis.evidence)},
-      {"per_channel", Json::array()},
-      {"per_band", Json::array()},
-      {"beyond_envelope", Json()}};
+  Json far = {{"as_delivered", stage_json(plant, diagnosis.evidence.delivered)},
+              {"retuned", stage_json(plant, retuned_of(diagnosis.evidence))},
+              {"with_effect", stage_json(plant, corrected_stage(diagnosis.evidence, diagnosis.verdict))},
+              {"floor",
+               {{"std", by_channel(plant, diagnosis.floor.std)},
+                {"source", to_string(diagnosis.floor.source)},
+                {"repeats", diagnosis.floor.repeats}}},
+              {"held_out", diagnosis.evidence.held_out},
+              {"judged_from_s", diagnosis.evidence.judged_from_s},
+              {"closure", closure_of(diagnosis.evidence, diagnosis.verdict).value},
+              {"closure_ci90", interval(closure_of(diagnosis.evidence, diagnosis.verdict))},
+              {"closure_of_retuning", closure_of_retuning(diagnosis.evidence)},
+              {"per_channel", Json::array()},
+              {"per_band", Json::array()},
+              {"beyond_envelope", Json()}};
   if (examination == nullptr) return far;
   const auto per_stage = [&](const auto& value) {
     Json out = Json::object();

@@ -18,25 +18,64 @@ constexpr double kOnLattice = 1e-3;     // of a step, by which a reading may lie
 constexpr Index kColourBands = 24;      // in which the density of the noise is looked at
 constexpr Index kErrorBlocks = 20;      // of time, whose scatter tells the error of the noise power
 constexpr double kEstimateError = 0.1;  // of the power that the quiet end tells
-constexpr double kSameDrive = 0.05;     // of the drives of one unit: repeats that differ by more are of something else
+// Of the largest drive of a unit, RMS over RMS; judgements:
+constexpr double kSameDrive = 0.05;   // repeats that differ by more are not averaged
+constexpr double kLikeRepeat = 0.15;  // records that differ by less are taken for repeats although no file says so
+constexpr double kOtherDrive = 0.5;   // what differs by more is no repeat whatever the file says
 
-using Repeats = std::vector<const Record*>;
+/// Largest difference between the inputs of two records of one length, as RMS over the RMS of the largest drive of the
+/// same unit, since an actuator at rest shows its noise alone; and the input it is of.
+struct Difference {
+  double share = 0;
+  std::size_t input = 0;
+};
 
-/// Records by role and `repeat_of`, in the order of the file.
-std::vector<Repeats> groups_of(const RecordSet& set) {
+Difference difference_of(const Signal& first, const Signal& other) {
+  Difference largest;
+  const Vector level = rms(first.u), difference = rms(other.u - first.u);
+  for (Index i = 0; i < level.size(); ++i) {
+    const auto input = static_cast<std::size_t>(i);
+    double size = 0;
+    for (Index j = 0; j < level.size(); ++j)
+      if (first.inputs[static_cast<std::size_t>(j)].unit == first.inputs[input].unit) size = std::max(size, level(j));
+    if (size == 0) size = difference(i);
+    const double share = size > 0 ? difference(i) / size : 0;
+    if (share > largest.share) largest = {share, input};
+  }
+  return largest;
+}
+
+/// Records in groups, in the order of the file. @param same whether a record belongs to the group of another one
+template <class Same>
+std::vector<Repeats> grouped(const RecordSet& set, Same same) {
   std::vector<Repeats> groups;
   for (const Record& record : set.records) {
-    const auto same = [&](const Repeats& group) {
-      return !record.repeat_of.empty() && group.front()->repeat_of == record.repeat_of &&
-             group.front()->role == record.role;
-    };
-    const auto found = std::find_if(groups.begin(), groups.end(), same);
+    const auto found =
+        std::find_if(groups.begin(), groups.end(), [&](const Repeats& group) { return same(*group.front(), record); });
     if (found == groups.end())
       groups.push_back({&record});
     else
       found->push_back(&record);
   }
   return groups;
+}
+
+bool said_to_repeat(const Record& first, const Record& other) {
+  return !first.repeat_of.empty() && first.repeat_of == other.repeat_of;
+}
+
+bool looks_repeated(const Record& first, const Record& other) {
+  const Signal &one = first.signal, &two = other.signal;
+  if (one.samples() != two.samples() || one.u.isZero(0) || (one.y - two.y).isZero(0)) return false;
+  return difference_of(one, two).share <= kLikeRepeat;
+}
+
+/// Records that are averaged: said to be repeats in one role, whose drives are the same.
+std::vector<Repeats> averaged(const RecordSet& set) {
+  return grouped(set, [](const Record& first, const Record& other) {
+    return said_to_repeat(first, other) && first.role == other.role &&
+           difference_of(first.signal, other.signal).share <= kSameDrive;
+  });
 }
 
 /// Mean over the repeats of `of`, u or y.
@@ -53,35 +92,20 @@ Index skip_of(const Repeats& group) {
   return skip;
 }
 
-/// What does not repeat, of each record, in the samples that are scored.
-std::vector<Matrix> noise_of(const Repeats& group) {
-  const Matrix mean = mean_of(group, &Signal::y);
-  const Index kept = mean.cols() - skip_of(group);
-  std::vector<Matrix> noise;
-  for (const Record* record : group) noise.push_back((record->signal.y - mean).rightCols(kept));
-  return noise;
-}
-
-void check_repeats(const Repeats& group) {
-  const Record& first = *group.front();
-  for (const Record* other : group) {
-    if (other->signal.samples() != first.signal.samples())
-      throw UserError(fmt::format("{}: expected {} samples as in {}, whose drive \"{}\" it repeats, found {}",
-                                  other->file, first.signal.samples(), first.file, first.repeat_of,
-                                  other->signal.samples()));
-    const std::vector<Channel>& inputs = first.signal.inputs;
-    const Vector level = rms(first.signal.u), difference = rms(other->signal.u - first.signal.u);
-    for (Index i = 0; i < level.size(); ++i) {
-      double largest = 0;  // an actuator at rest shows its noise alone
-      for (Index j = 0; j < level.size(); ++j)
-        if (inputs[static_cast<std::size_t>(j)].unit == inputs[static_cast<std::size_t>(i)].unit)
-          largest = std::max(largest, level(j));
-      if (largest == 0) largest = difference(i);
-      if (difference(i) > kSameDrive * largest)
+/// UserError if records that are said to be repeats cannot be.
+void check_repeats(const RecordSet& set) {
+  for (const Repeats& group : grouped(set, said_to_repeat)) {
+    const Record& first = *group.front();
+    for (const Record* other : group) {
+      if (other->signal.samples() != first.signal.samples())
+        throw UserError(fmt::format("{}: expected {} samples as in {}, whose drive \"{}\" it repeats, found {}",
+                                    other->file, first.signal.samples(), first.file, first.repeat_of,
+                                    other->signal.samples()));
+      const Difference apart = difference_of(first.signal, other->signal);
+      if (apart.share > kOtherDrive)
         throw UserError(fmt::format(
             "{}: input \"{}\" differs from that of {} by {:.1f} % (RMS): they are not repeats of one drive \"{}\"",
-            other->file, inputs[static_cast<std::size_t>(i)].name, first.file, 100 * difference(i) / largest,
-            first.repeat_of));
+            other->file, first.signal.inputs[apart.input].name, first.file, 100 * apart.share, first.repeat_of));
     }
   }
 }
@@ -106,9 +130,9 @@ Vector quiet_end(ConstMatrixRef y) {
 double error_of_power(const std::vector<Repeats>& groups, ConstVectorRef std) {
   std::vector<double> powers;
   for (const Repeats& group : groups) {
-    const std::vector<Matrix> noise = noise_of(group);
+    const std::vector<Matrix> noise = noise_of_repeats(group);
     const Index block = noise.front().cols() / kErrorBlocks;
-    if (group.size() < 2 || block == 0) continue;
+    if (block == 0) continue;
     const double degrees = static_cast<double>((static_cast<Index>(group.size()) - 1) * block * std.size());
     for (Index b = 0; b < kErrorBlocks; ++b) {
       double power = 0;
@@ -133,10 +157,27 @@ std::string to_string(FloorSource source) {
   }
 }
 
+std::vector<Repeats> repeats_of(const RecordSet& set) {
+  check_repeats(set);
+  const bool said = std::any_of(set.records.begin(), set.records.end(),
+                                [](const Record& record) { return !record.repeat_of.empty(); });
+  std::vector<Repeats> groups = grouped(set, said ? said_to_repeat : looks_repeated);
+  std::erase_if(groups, [](const Repeats& group) { return group.size() < 2; });
+  return groups;
+}
+
+std::vector<Matrix> noise_of_repeats(const Repeats& group) {
+  const Matrix mean = mean_of(group, &Signal::y);
+  const Index kept = mean.cols() - skip_of(group);
+  std::vector<Matrix> noise;
+  for (const Record* record : group) noise.push_back((record->signal.y - mean).rightCols(kept));
+  return noise;
+}
+
 std::vector<Measured> merge_repeats(const RecordSet& set) {
+  check_repeats(set);
   std::vector<Measured> merged;
-  for (const Repeats& group : groups_of(set)) {
-    check_repeats(group);
+  for (const Repeats& group : averaged(set)) {
     const Record& first = *group.front();
     Measured measured{group.size() > 1 ? first.repeat_of : first.file, first.role, first.signal,
                       static_cast<Index>(group.size()), Vector(first.signal.y.rows())};
@@ -151,10 +192,8 @@ std::vector<Measured> merge_repeats(const RecordSet& set) {
 
 RecordSet prediction_errors(const Plant& plant, const RecordSet& set) {
   bool differ = false;
-  for (const Repeats& group : groups_of(set))
-    for (const Record* record : group)
-      differ = differ || (record->signal.u.cols() == group.front()->signal.u.cols() &&
-                          !(record->signal.u - group.front()->signal.u).isZero(0));
+  for (const Repeats& group : repeats_of(set))
+    for (const Record* record : group) differ = differ || !(record->signal.u - group.front()->signal.u).isZero(0);
   if (!differ) return set;
   RecordSet errors = set;
   for (Record& record : errors.records) {
@@ -170,20 +209,26 @@ NoiseFloor noise_floor(const RecordSet& set) {
   const Index p = static_cast<Index>(outputs.size());
   NoiseFloor floor;
   Vector within = Vector::Zero(p);
-  const std::vector<Repeats> groups = groups_of(set);
+  const std::vector<Repeats> groups = repeats_of(set);
   for (const Repeats& group : groups) {
-    if (group.size() < 2) continue;
-    check_repeats(group);
-    const std::vector<Matrix> noise = noise_of(group);
+    const std::vector<Matrix> noise = noise_of_repeats(group);
     for (const Matrix& own : noise) {
       within += own.rowwise().squaredNorm();
       floor.colour = std::max(floor.colour, colour_of(own));
     }
     floor.degrees += static_cast<Index>(group.size() - 1) * noise.front().cols();
+    std::vector<std::string> files;
+    for (const Record* record : group) files.push_back(record->file);
+    floor.repeats.push_back(std::move(files));
   }
   if (floor.degrees > 0) {
     floor.source = FloorSource::repeats;
     floor.std = (within / static_cast<double>(floor.degrees)).cwiseSqrt();
+    // Records that only look like repeats may tell less than what was given.
+    for (Index i = 0; i < p && groups.front().front()->repeat_of.empty(); ++i)
+      if (const auto given = set.noise_std.find(outputs[static_cast<std::size_t>(i)].name);
+          given != set.noise_std.end())
+        floor.std(i) = std::max(floor.std(i), given->second);
   } else if (!set.noise_std.empty()) {
     floor.source = FloorSource::noise_std;
     floor.std.resize(p);

@@ -24,7 +24,11 @@ struct NoiseFloor {
   /// Largest density of the noise over its mean density, over all channels: 1 for white noise. What a signal of one
   /// band seems to explain by chance grows by it. From repeats; 1 where there are none.
   double colour = 1;
+  std::vector<std::vector<std::string>> repeats;  ///< files of one drive each, where the floor is from repeats
 };
+
+/// Records of one drive.
+using Repeats = std::vector<const Record*>;
 
 /// One drive as it was measured: the mean of its repeats, or a single record.
 struct Measured {
@@ -35,9 +39,17 @@ struct Measured {
   Vector quantum;     ///< p, step of the lattice on which a single record's values lie; 0: none seen
 };
 
-/// Groups the records of a set by role and `repeat_of` and averages each group.
-/// UserError if repeats of one drive differ in length, or in an input by more than 5 % of the largest drive of its unit
-/// (RMS over RMS).
+/// The records of a set that have one drive, in whatever role: those of one `repeat_of`, and those of one length
+/// without `repeat_of` whose inputs differ by at most 15 % of the largest drive of their unit (RMS over RMS), unless
+/// one is a copy of the other. Groups of at least two. UserError if records of one `repeat_of` differ in length, or in
+/// an input by more than 50 %.
+std::vector<Repeats> repeats_of(const RecordSet& set);
+
+/// What does not repeat, y - mean of the group, of each record, p x the samples that all of them score.
+std::vector<Matrix> noise_of_repeats(const Repeats& group);
+
+/// Averages the records of one role and `repeat_of` whose inputs differ by at most 5 % as above; the others stand
+/// alone. UserError as `repeats_of`.
 std::vector<Measured> merge_repeats(const RecordSet& set);
 
 /// The set with its outputs replaced by what a plant leaves of them, y - yhat(u) from rest, where repeats of a drive
@@ -49,10 +61,12 @@ RecordSet prediction_errors(const Plant& plant, const RecordSet& set);
 
 /// Standard deviation of each output's noise, in the samples that are scored.
 ///
-/// From repeats: within-group variance sum_r sum_k (y_rk - mean_k)^2 / ((R - 1) K), pooled over groups; it holds all
-/// that does not repeat, coloured or not. Else `noise_std` of the set, which must then name every output. Else an
-/// estimate: white noise of the level seen in the upper fifth of the band, where a vehicle's response is gone; the
-/// median over lines, so that single tones do not count. Coloured noise is stronger in the band than that says.
+/// From repeats, as `repeats_of` finds them: within-group variance sum_r sum_k (y_rk - mean_k)^2 / ((R - 1) K), pooled
+/// over groups; it holds all that does not repeat, coloured or not: differences from run to run are in it, which no
+/// sensor makes. Of records that only look like repeats it is `noise_std` where that is larger. Else `noise_std` of the
+/// set, which must then name every output. Else an estimate: white noise of the level seen in the upper fifth of the
+/// band, where a vehicle's response is gone; the median over lines, so that single tones do not count. Coloured noise
+/// is stronger in the band than that says.
 ///
 /// UserError as merge_repeats; if `noise_std` names some outputs only; if an output is constant or the same in every
 /// repeat to the last digit, where no floor can be told.

@@ -152,15 +152,11 @@ std::vector<double> band_edges(const Plant& plant, double nyquist_hz) {
 
 Matrix noise_shares(const RecordSet& set, const std::vector<double>& band_edges_hz) {
   Matrix power;
-  for (const Measured& mean : merge_repeats(set)) {
-    if (mean.repeats < 2) continue;
-    for (const Record& record : set.records) {
-      if (record.repeat_of != mean.name || record.role != mean.role) continue;
-      const Matrix noise = (record.signal.y - mean.signal.y).rightCols(mean.signal.y.cols() - mean.signal.skip);
-      const Matrix own = band_power(noise, record.signal.sample_time_s, band_edges_hz);
+  for (const Repeats& group : repeats_of(set))
+    for (const Matrix& noise : noise_of_repeats(group)) {
+      const Matrix own = band_power(noise, group.front()->signal.sample_time_s, band_edges_hz);
       power = power.size() == 0 ? own : Matrix(power + own);
     }
-  }
   if (power.size() == 0 || !(power.rowwise().sum().minCoeff() > 0)) return {};
   return power.rowwise().sum().cwiseInverse().asDiagonal() * power;
 }
