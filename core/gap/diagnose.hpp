@@ -66,7 +66,7 @@ double share_of(const Diagnosis& diagnosis, const Suspect& suspect);
 /// @param seed of the bootstrap of closures
 /// @param step called with what is being done, for a progress line; may be empty
 /// Status: outside_domain if the plant as delivered cannot follow the records' drives, or a fit of it fails.
-/// UserError as load_records' sets demand: noise_floor, fit_record; records shorter than four blocks.
+/// UserError as load_records' sets demand: noise_floor, fit_record, gap_data.
 Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList& candidates, const GapSolvers& solvers,
                    const DiagnoseOptions& options, std::uint64_t seed, const Step& step = {});
 

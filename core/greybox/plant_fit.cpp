@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -319,7 +320,22 @@ class PlantProblem final : public ResidualProblem {
   Vector other_theta_;
 };
 
-/// What a state of this plant is in size under its drives, seen in a simulation from rest.
+/// Initial state of a record whose drive never moves, such as a free decay: the one of least squares, linearised around
+/// rest. Rest itself where the readings do not tell it. @param rest [q; v]
+Vector free_start(const Plant& plant, const FitRecord& record, const Vector& rest) {
+  const FitRecord part = remembered_part(plant, {record}).front();
+  Matrix J(part.y.rows() * (part.y.cols() - part.skip), rest.size());
+  Vector r;
+  if (!record_derivatives(plant, {}, part, Vector::Ones(rest.size()), rest, r,
+                          [&](Index column, const Matrix& values) { J.col(column) = values.reshaped(); }))
+    return rest;
+  const Vector size = J.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
+  const Eigen::CompleteOrthogonalDecomposition<Matrix> solver(J * size.cwiseInverse().asDiagonal());
+  return rest - solver.solve(r).cwiseQuotient(size);
+}
+
+/// What a state of this plant is in size under its drives, seen in a simulation from rest, or from the state of
+/// `free_start` where a drive never moves.
 bool typical_states(const Plant& plant, const std::vector<FitRecord>& records, Vector& scale, Vector& start) {
   const Index n2 = 2 * plant.mass_count();
   scale = Vector::Zero(n2);
@@ -328,7 +344,10 @@ bool typical_states(const Plant& plant, const std::vector<FitRecord>& records, V
     const Simulation result = simulate_measured(plant, records[i].drive, run_options(plant, records[i]));
     if (result.status != Status::ok) return false;
     scale = scale.cwiseMax(rms(result.states.topRows(n2)));
-    start.segment(n2 * static_cast<Index>(i), n2) = result.states.col(0).head(n2);
+    const Vector rest = result.states.col(0).head(n2);
+    start.segment(n2 * static_cast<Index>(i), n2) = rest;
+    if (n2 > 0 && never_moves(records[i].drive))
+      scale = scale.cwiseMax((free_start(plant, records[i], rest) - rest).cwiseAbs());
   }
   if (n2 == 0) return true;  // all nodes are held
   // A mass that never moves still needs a scale.
@@ -378,6 +397,8 @@ std::vector<FitParameter> tolerance_parameters(const Plant& plant) {
     if (parameter.value != 0) list.push_back({parameter.name, parameter.tolerance * std::abs(parameter.value), 1});
   return list;
 }
+
+bool never_moves(ConstMatrixRef drive) { return (drive.colwise() - drive.col(0)).isZero(0); }
 
 Vector whole_state(const Plant& plant, const Vector& state) {
   const Index known = state.size() / 2, n = plant.mass_count();

@@ -73,6 +73,9 @@ SimulateOptions run_options(const Plant& plant, const FitRecord& record, const V
 /// UserError as drive_of_record and hold_samples_per_record_sample.
 FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std);
 
+/// True if all drives are constant, as in a record of a free decay. @param drive m x N, N >= 1
+bool never_moves(ConstMatrixRef drive);
+
 /// The plant with the rate at which drives that are not held are sampled for simulations of these records: a power of
 /// two times that of the records, the lowest at which doubling it changes no reading by more than `kDriveAccuracy`, and
 /// at most `kMostDriveRatio`. Between the samples of a record drives follow their `interpolation`. A plant whose drives
@@ -145,9 +148,10 @@ struct FitOptions {
 };
 
 /// Minimises sum r^2 + dispersion (sum (theta / prior_std)^2 + that of the initial states) over parameters and initial
-/// states, the latter with a prior of three RMS values around rest. Without
-/// `from` these start from rest in equilibrium and are fitted first and alone. Status in `solution`: as the solver;
-/// outside_domain if the start plant cannot follow the drive at all, `error` is empty then.
+/// states, the latter with a prior of three RMS values around rest; in a record whose drive never moves, of three times
+/// the linear estimate of its initial state. Without `from` these start from rest in equilibrium and are fitted first
+/// and alone. Status in `solution`: as the solver; outside_domain if the start plant cannot follow the drive at all,
+/// `error` is empty then.
 PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& parameters,
                    const std::vector<FitRecord>& records, const Solver& solver, const FitOptions& options);
 

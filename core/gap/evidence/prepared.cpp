@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/base/status.hpp"
+#include "core/data/metrics.hpp"
 #include "core/gap/evidence/closure.hpp"
 #include "core/gap/evidence/profile.hpp"
 
@@ -13,6 +14,19 @@ namespace wheelhop {
 namespace {
 
 constexpr Index kNoiseBands = 40;  // of GapData::noise_shares
+// Judgements: blocks in the longest record, so that its scatter tells an interval; readings for each unknown.
+constexpr Index kFewestBlocks = 4;
+constexpr Index kReadings = 3;
+constexpr double kDecayed = 0.8;  // a judgement: RMS of the second half of a free decay over that of the first, at most
+
+/// True if the readings of some channel are smaller in the second half of a record than in the first.
+bool decays(ConstMatrixRef y) {
+  const auto motion = [](ConstMatrixRef part) { return rms(part.colwise() - part.rowwise().mean()); };
+  const Index half = y.cols() / 2;
+  if (half == 0) return false;
+  const Vector first = motion(y.leftCols(half)), second = motion(y.rightCols(half));
+  return (second.array() < kDecayed * first.array()).any();
+}
 
 }  // namespace
 
@@ -44,19 +58,30 @@ GapStage stage_of(const GapData& data, const PlantFit& run) {
   return stage;
 }
 
+Index block_samples(const RecordSet& set, double block_s) {
+  Index longest = 0;
+  for (const Record& record : set.records) longest = std::max(longest, record.signal.samples() - record.signal.skip);
+  return std::clamp<Index>(std::llround(block_s * set.sampling_hz), 1, std::max<Index>(longest / kFewestBlocks, 1));
+}
+
 GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& floor, double block_s) {
   GapData data;
-  data.block = std::max<Index>(1, std::llround(block_s * set.sampling_hz));
+  data.block = block_samples(set, block_s);
   bool moved = false;
   for (const Measured& measured : merge_repeats(set)) {
-    const Matrix& u = measured.signal.u;
-    if (measured.role == "estimation") moved = moved || !(u.colwise() - u.col(0)).isZero(0);
+    if (measured.role == "estimation")
+      moved = moved || !never_moves(measured.signal.u) ||
+              decays(measured.signal.y.rightCols(measured.signal.y.cols() - measured.signal.skip));
     FitRecord record = fit_record(plant, measured.signal, floor.std / std::sqrt(static_cast<double>(measured.repeats)));
     record.quantum = measured.quantum;
-    if (record.y.cols() < record.skip + 4 * data.block)
-      throw UserError(fmt::format("{}: expected at least {:g} s to diagnose, found {:g} s", measured.name,
-                                  static_cast<double>(record.skip + 4 * data.block) / set.sampling_hz,
-                                  static_cast<double>(record.y.cols()) / set.sampling_hz));
+    // Its own initial state and the plant's parameters.
+    const Index unknown = static_cast<Index>(tolerance_parameters(plant).size()) + 2 * plant.mass_count();
+    const Index readings = record.y.rows() * (record.y.cols() - record.skip);
+    if (readings < kReadings * unknown)
+      throw UserError(
+          fmt::format("{}: expected at least {} readings, {} for each parameter and initial state of the "
+                      "plant, found {}",
+                      measured.name, kReadings * unknown, kReadings, readings));
     record.skip = fitted_from(record, data.block);
     data.samples += static_cast<double>(record.y.rows() * (record.y.cols() - record.skip));
     (measured.role == "validation" ? data.held_out : data.fitted).push_back(std::move(record));
@@ -64,7 +89,8 @@ GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& flo
   if (data.fitted.empty()) throw UserError("expected a record with the role \"estimation\"");
   if (!moved)
     throw UserError(
-        "the drive is constant in every record of the role \"estimation\": expected one that moves the plant");
+        "the drive is constant in every record of the role \"estimation\", and the readings do not decay: expected a "
+        "drive that moves the plant (is its channel the right one?), or a free decay");
   data.apart = !data.held_out.empty();
   std::vector<double> edges_hz;
   for (Index b = 0; b <= kNoiseBands; ++b)
@@ -78,7 +104,7 @@ void leave_out_end(std::vector<FitRecord>& records, Index block, double skew) {
   if (!(skew > 0)) return;
   for (FitRecord& record : records) {
     const auto last = static_cast<Index>(static_cast<double>(record.y.cols()) / (1 + skew)) - kUnsureEnds;
-    const Index kept = std::min(std::max(last, record.skip + 4 * block), record.y.cols());
+    const Index kept = std::min(std::max(last, record.skip + kFewestBlocks * block), record.y.cols());
     record.y.conservativeResize(Eigen::NoChange, kept);
   }
 }

@@ -20,7 +20,11 @@ struct GapData {
   double samples = 0;  ///< p N summed over all records, skipped samples left out: chi2 of a plant at the floor
 };
 
-/// UserError if a record is shorter than four blocks, or none has the role "estimation", or no drive of these moves.
+/// Samples of a block of `block_s`, or of a quarter of the longest record where that is less.
+Index block_samples(const RecordSet& set, double block_s);
+
+/// UserError if a record has fewer than three readings for each parameter and initial state, or none has the role
+/// "estimation", or in these no drive moves and no reading decays.
 GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& floor, double block_s);
 
 /// Leaves out the end of every record, where the clock of its drive, 1 + skew times as fast as its own, has run past

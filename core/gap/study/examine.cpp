@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "core/gap/evidence/prepared.hpp"
+
 namespace wheelhop {
 
 int telling_stage(const Examination& examination) {
@@ -34,7 +36,7 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
     out.records = fitted;
     out.names = fitted_names;
   }
-  const Index block = std::max<Index>(1, std::llround(options.block_s * set.sampling_hz));
+  const Index block = block_samples(set, options.block_s);
   leave_out_end(out.records, block, plants[2].clock_skew);
   const std::vector<FitRecord> whole = out.records;
   for (FitRecord& record : out.records) record.skip = fitted_from(record, block);
