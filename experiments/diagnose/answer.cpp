@@ -70,7 +70,12 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
     return fmt::format("{} {} (P {:.2f}) makes what the plant leaves; no model of the plant removes it.", gap,
                        verdict.named.front(), best().probability);
   std::string names;
-  for (const std::string& name : verdict.named) names += (names.empty() ? "" : " and ") + name;
+  for (const std::string& name : verdict.named) {
+    const auto own = std::find_if(verdict.suspects.begin(), verdict.suspects.end(),
+                                  [&](const Suspect& suspect) { return suspect.name() == name; });
+    names += fmt::format("{}{} (P {:.2f})", names.empty() ? "" : " and ", name,
+                         own != verdict.suspects.end() ? own->probability : best().probability);
+  }
   std::string shares;  // the closure's parts
   for (Index i = 0; i < follow_up.shares.size(); ++i)
     shares += fmt::format("{} {:.0f} % by {}", i == 0 ? ":" : ",", 100 * follow_up.shares(i),
@@ -91,15 +96,21 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
     places += " and " + other.location;
     sure = std::min(sure, other.probability);
   }
-  std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} (P {:.2f}) {}.", gap, places, sure, names,
-                                 best().probability, effect);
+  std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} {}.", gap, places, sure, names, effect);
   if (const double left = corrected_stage(evidence, verdict).misfit - 1;
       left > kClear && !follow_up.places_left.empty())
     text += fmt::format(" {:.1f} x the noise is left, most likely from {}.", std::sqrt(left),
                         follow_up.places_left.front().location);
   if (is<Instruments>(verdict) && !verdict.message.empty()) text += " " + verdict.message + ".";
-  const std::string it = verdict.named.size() > 1 ? " One of the two" : " It";
-  for (const std::string& other : verdict.ambiguous_with) text += it + " could also be " + other + ".";
+  if (!verdict.ambiguous_with.empty()) {
+    // The instruments are corrected, and what is in doubt is what else is missing.
+    const bool one_of_two = verdict.named.size() > evidence.correction.faults.size() + 1;
+    text += " " + (one_of_two ? "One of the two" : verdict.named.back()) + " could also be ";
+    const std::size_t count = verdict.ambiguous_with.size();
+    for (std::size_t i = 0; i < count; ++i)
+      text += (i == 0 ? "" : i + 1 == count ? " or " : ", ") + verdict.ambiguous_with[i];
+    text += ".";
+  }
   if (!follow_up.separating.test.empty())
     text += fmt::format(" A record {} would tell the two apart.", follow_up.separating.test);
   return text;
