@@ -97,6 +97,8 @@ Index time_column(const Whole& whole, const TextLayout& layout) {
       for (char& c : base) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
       if (begin == std::string("t") ? base == begin : base.starts_with(begin)) return static_cast<Index>(j);
     }
+  const auto named = std::find_if(whole.names.begin(), whole.names.end(), is_time_name);
+  if (named != whole.names.end()) return named - whole.names.begin();
   const auto dated = std::find(layout.instants.begin(), layout.instants.end(), true);
   return dated == layout.instants.end() ? -1 : dated - layout.instants.begin();
 }

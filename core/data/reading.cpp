@@ -62,6 +62,7 @@ ColumnMap read_column_map(const std::string& channel, const JsonCursor& cursor) 
 
 TimeMap read_time_map(const JsonCursor& cursor) {
   TimeMap map;
+  map.said = true;
   if (!cursor.is_object()) {
     read_place(cursor, map.column, map.number);
     return map;
@@ -144,15 +145,25 @@ std::vector<std::string> known_names(const TextLayout& layout) {
                               name, nearest, channel, nearest));
 }
 
+/// The unit behind the underscore of "t_ms" or "time_s"; empty where that is none of time.
+std::string unit_behind_underscore(const std::string& name) {
+  const std::size_t at = name.rfind('_');
+  if (at == std::string::npos) return "";
+  const auto unit = find_unit(name.substr(at + 1));
+  return unit && unit->powers == find_unit("s")->powers ? name.substr(at + 1) : "";
+}
+
+/// Columns whose names say that they hold the time.
+std::vector<std::string> time_columns(const TextLayout& layout) {
+  std::vector<std::string> list;
+  for (const std::string& name : known_names(layout))
+    if (is_time_name(name)) list.push_back(name);
+  return list;
+}
+
 [[noreturn]] void refuse_no_time(const std::string& source, const TextLayout& layout, const std::string& name) {
-  std::string likely = "NAME";
-  for (const std::string& other : known_names(layout)) {
-    const std::string base = lower_case(split_name(other).base);
-    if (base == "t" || base.starts_with("time") || base.starts_with("zeit") || base.starts_with("date")) {
-      likely = other;
-      break;
-    }
-  }
+  const std::vector<std::string> named = time_columns(layout);
+  const std::string likely = named.empty() ? "NAME" : named.front();
   throw UserError(
       fmt::format("{}: expected a column \"{}\", found only: {}; say \"time\": \"{}\" for the column that tells the "
                   "time, or \"time\": {{\"rate_hz\": 200}} where none does",
@@ -235,6 +246,13 @@ Conversion conversion_of(const Channel& channel, const ColumnMap& map, const std
 
 }  // namespace
 
+bool is_time_name(const std::string& name) {
+  const std::string base = lower_case(split_name(name).base);
+  const auto begins = [&](const char* word) { return base.starts_with(word); };
+  return base == "t" || (begins("t_") && !unit_behind_underscore(base).empty()) || begins("time") || begins("zeit") ||
+         begins("date");
+}
+
 bool is_mat_name(const fs::path& file) {
   std::string name = lower_case(file.filename().string());
   if (name.ends_with(".mat")) return true;
@@ -296,6 +314,13 @@ void FileTable::read_text_file(const ReadingRequest& request, const std::vector<
   const TextLayout layout = find_layout(text, request.layout, asked, source_);
   std::vector<WantedColumn> wanted;
   std::vector<std::size_t> places;
+  std::string told_time;
+  if (!time_.said && places_of(layout.names, time_.column).empty())
+    if (const std::vector<std::string> named = time_columns(layout); named.size() == 1) {
+      time_.column = named.front();
+      time_.unit = unit_behind_underscore(time_.column);
+      told_time = fmt::format("time: column \"{}\"", time_.column);
+    }
   if (!time_.rate_hz) {
     places.push_back(place_of(layout, source_, time_.column, time_.number, "time",
                               [&] { refuse_no_time(source_, layout, time_.column); }));
@@ -309,6 +334,7 @@ void FileTable::read_text_file(const ReadingRequest& request, const std::vector<
   }
   names_ = known_names(layout);
   told_ = layout_told(layout);
+  if (!told_time.empty()) told_.push_back(told_time);
   use_columns(request, channels, layout, places);
   if (!time_.rate_hz && layout.instants[places.front()]) time_factor_ = 1;
   table_ = read_text_table(text, layout, wanted);

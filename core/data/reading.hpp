@@ -15,6 +15,9 @@
 
 namespace wheelhop {
 
+/// True of names of columns that hold the time: "t", "t_ms", "Time (s)", "timestamp", "Zeit", "date".
+bool is_time_name(const std::string& name);
+
 /// Is a file of a record a MATLAB file, and not a text? UserError for an ending that is neither's.
 bool is_mat_name(const std::filesystem::path& file);
 
@@ -41,6 +44,7 @@ struct TimeMap {
   std::string unit;               ///< empty: as the file tells it
   std::optional<double> rate_hz;  ///< there is no column of time: samples at this rate
   std::optional<double> scatter;  ///< how far instants may lie from the grid, in periods
+  bool said = false;              ///< false: a file without "t" may have one column whose name says time instead
 };
 
 enum class LostRule { refuse, bridge, cut };

@@ -26,7 +26,7 @@ std::vector<Check> checks_of(const Study& study, const Hypothesis& retuned, cons
                              const Evidence& evidence, const Verdict& verdict,
                              const std::vector<PlaceLeftover>& places_left, const Thresholds& thresholds) {
   std::vector<Check> checks;
-  checks.push_back({"nothing of note is left", answer.fit.misfit - 1 < thresholds.too_small,
+  checks.push_back({"nothing of note is left", answer.fit.misfit - 1 < negligible(evidence, thresholds),
                     fmt::format("misfit {:.3f} of the fitted records, 1 is the floor", answer.fit.misfit)});
   if (!places_left.empty())
     checks.push_back(

@@ -121,6 +121,12 @@ bool explains_little(const Evidence& evidence, const Verdict& verdict, const Sea
   return bent || leaves(answer) || answer.closure.value < 1 - share;
 }
 
+/// Tolerances by which a fit moved the parameter that it moved most. @param count of the parameters with a tolerance
+double farthest(const PlantFit& fit, std::size_t count) {
+  const Index own = std::min(static_cast<Index>(count), fit.theta.size());
+  return own > 0 ? fit.theta.head(own).cwiseAbs().maxCoeff() : 0;
+}
+
 /// The hypothesis behind an answer that is a plant; null for one that is none.
 Hypothesis* answer_of(Investigation& found) {
   if (const auto* effects = std::get_if<Effects>(&found.verdict.answer))
@@ -202,7 +208,16 @@ std::unique_ptr<Investigation> investigate(const Setting& setting, Base base, co
   evidence.lattices = lattices_of(*found->study, retuned, setting.floor);
   judge(setting, changes, *found);
   const auto little = [&] { return explains_little(evidence, found->verdict, options.effort); };
-  if (little() && add_less_expected(search, setting.floor.colour, found->singles)) judge(setting, changes, *found);
+  // What is missing may have bent the plant to where the effect that is missing seems to change nothing: around the
+  // plant as delivered it does.
+  const PlantFit* home = &found->base.delivered.fit;
+  const bool bent = stopped(retuned.fit, static_cast<Index>(tolerances.size()));
+  const auto add = [&](const PlantFit* around) {
+    if (little() && add_less_expected(search, setting.floor.colour, around, found->singles))
+      judge(setting, changes, *found);
+  };
+  add(bent ? home : nullptr);
+  if (!bent && farthest(retuned.fit, tolerances.size()) > options.thresholds.out_of_tolerance) add(home);
   // Forms of an answer that explains little may all be too coarse, and the finer form of another one be what is
   // missing.
   std::vector<std::string> finer = found->verdict.named;

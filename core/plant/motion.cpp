@@ -1,9 +1,12 @@
 #include "core/plant/motion.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 namespace wheelhop {
 
@@ -21,6 +24,10 @@ Motion::Motion(const Plant& plant) {
     branch.first_law = laws_.size();
     branch.contact_n = std::numeric_limits<double>::infinity();
     for (const Law& law : element.laws) {
+      // Its functions read all of them.
+      if (law.values.size() < law.kind->parameters.size())
+        throw std::logic_error(fmt::format("element \"{}\": law \"{}\": expected {} values, found {}", element.name,
+                                           law.kind->name, law.kind->parameters.size(), law.values.size()));
       switch (law.kind->role) {
         case LawRole::force: laws_.push_back(law); continue;
         case LawRole::inertance:

@@ -82,8 +82,14 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
                           verdict.named[static_cast<std::size_t>(i) + evidence.correction.faults.size()]);
   // An answer that closes little was found in the fitted records: those held out hold little of its effect.
   const std::string ending = verdict.named.size() > 1 ? " " : "s ";
+  const ToleranceEvidence* bent = most_retuned(evidence);
+  const double left_of_delivered =
+      (corrected_stage(evidence, verdict).misfit - 1) / std::max(evidence.delivered.misfit - 1, kNextToNothing);
   const std::string effect =
-      !known(closure) || closure.high < kSeen
+      evidence.correction.faults.empty() && evidence.retuned.misfit - 1 < kNextToNothing && bent != nullptr
+          ? fmt::format("remove{}{} % of it, for which re-tuning alone puts {} {:+.1f} tolerances off", ending,
+                        percent(1 - std::max(left_of_delivered, 0.0)), bent->parameter, bent->theta)
+      : !known(closure) || closure.high < kSeen
           ? "explain" + ending +
                 "it where the drive reaches it; the validation records hardly do, so that they do not show how far"
           : "remove" + ending + percent(closure) + " of what re-tuning leaves" + shares;

@@ -92,6 +92,10 @@ Writing draw(Random& random) {
       const auto count = static_cast<int>(random.integer(4)) + (gap == 0);
       for (int k = 0; k < std::min(count, 3); ++k) w.lost.insert(first + k);
     }
+  if (plain && w.time_name == "t" && chance(0.2)) {
+    w.time_name = "t_" + w.time_unit;
+    w.time_unit_told = true;
+  }
   w.rate_said = chance(0.5);
   return w;
 }
@@ -224,7 +228,6 @@ TEST_CASE("files written in every way are read right, or refused with what recor
       check_right(w, load(folder, little), text);
       ++at_once;
       CHECK(w.lost.empty());
-      CHECK(w.time_name == "t");
       continue;
     } catch (const UserError& error) {
       refusal = error.what();
@@ -234,9 +237,9 @@ TEST_CASE("files written in every way are read right, or refused with what recor
     const bool helps = refusal.find("say \"") != std::string::npos;
     CHECK(helps);
     CHECK(refusal.find('\n') == std::string::npos);
-    // What is refused has a reason: the name of the time, its unit beside no rate or another one, or lost samples.
+    // What is refused has a reason: the unit of time beside no rate or another one, or lost samples.
     const bool unit_missing = !w.time_unit_told && w.clock != Writing::date && w.clock != Writing::day;
-    const bool reason = w.time_name != "t" || !w.lost.empty() || (unit_missing && (!w.rate_said || w.time_unit != "s"));
+    const bool reason = !w.lost.empty() || (unit_missing && (!w.rate_said || w.time_unit != "s"));
     CHECK(reason);
     check_right(w, load(folder, said_in_full(w)), text);
   }
@@ -338,6 +341,32 @@ TEST_CASE("units that are not known or of another dimension are refused, voltage
   CHECK(scaled.signal.y(1, 10) == Approx((2 * 30 - 1) / 0.5).epsilon(1e-12));
   CHECK_THROWS_WITH(with("t,road,travel,acc", {{"columns", {{"acc", {{"sensitivity", "100 mV/g"}}}}}}),
                     Contains("$.columns.acc") && Contains("\"unit\": \"V\""));
+}
+
+TEST_CASE("the only column whose name says time is read as that, in the unit of its name, and of two none") {
+  const test::Folder folder;
+  const auto read = [&](const std::string& header, double samples_per_number, const Json& time = nullptr) {
+    std::string text = header + "\n";
+    for (int k = 0; k < 50; ++k)
+      text += fmt::format("{},{},{},{},{}\n", k / 200.0 * samples_per_number, k, 2 * k, 3 * k, 7);
+    write_file(folder / "a.csv", text);
+    Json json = {{"records", {{{"file", "a.csv"}, {"role", "estimation"}}}}};
+    if (!time.is_null()) json["time"] = time;
+    return load(folder, json);
+  };
+  for (const auto& [name, factor] : std::vector<std::pair<std::string, double>>{
+           {"t_s", 1}, {"t_ms", 1e3}, {"time_us", 1e6}, {"Time (s)", 1}, {"timestamp [ms]", 1e3}, {"Zeit [s]", 1}}) {
+    CAPTURE(name);
+    const RecordSet set = read(name + ",road,travel,acc,more", factor);
+    CHECK(set.sampling_hz == Approx(200).epsilon(1e-9));
+    CHECK(set.records[0].signal.u(0, 10) == 10);
+    REQUIRE_FALSE(set.records[0].reading.empty());
+    CHECK_THAT(set.records[0].reading[0], Contains("time: column \"" + name + "\""));
+  }
+  CHECK_THROWS_WITH(read("time_s,road,travel,acc,timestamp", 1), Contains("say \"time\": \"time_s\""));
+  CHECK_THROWS_WITH(read("x,road,travel,acc,y", 1), Contains("say \"time\": \"NAME\""));
+  CHECK_THROWS_WITH(read("time_s,road,travel,acc,x", 1, "t"), Contains("expected a column \"t\""));
+  CHECK(read("time_s,road,travel,acc,t_trigger", 1).sampling_hz == Approx(200).epsilon(1e-9));
 }
 
 TEST_CASE("a record overrides the set, and all are brought to one rate where that is asked for") {

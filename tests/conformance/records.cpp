@@ -84,8 +84,8 @@ TEST_CASE("a missing column names the file and the columns that are there") {
   write_file(taken.folder / "r.json", R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimation"}]})");
   CHECK_THROWS_WITH(load_records(taken.folder / "r.json", kInputs, {{"acc_1", ""}, {"acc_2", ""}}),
                     Contains("expected a column \"acc_2\"") && !Contains("did you mean"));
-  const Set no_time("time,road,acc,travel\n0,1,2,3\n0.005,1,2,3\n");
-  CHECK_THROWS_WITH(no_time.at(200), Contains("a.csv: expected a column \"t\", found only: time, road"));
+  const Set no_time("clock,road,acc,travel\n0,1,2,3\n0.005,1,2,3\n");
+  CHECK_THROWS_WITH(no_time.at(200), Contains("a.csv: expected a column \"t\", found only: clock, road"));
 }
 
 TEST_CASE("instants printed with few decimals, an offset or binary round-off still count as uniform") {

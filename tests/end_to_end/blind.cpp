@@ -55,14 +55,14 @@ Json read(const std::filesystem::path& file) { return parse_json(read_file(file)
 TEST_CASE("a case that cannot be diagnosed is an answer with its reason, and a second run does only what is missing") {
   const Folder cases, answers;
   make_case(cases / "case_000", 9);
-  make_case(cases / "case_001", 2);
+  make_case(cases / "case_001", 0.02);
   write_json(cases / "manifest.json", {{"cases", 2}});
   BlindRunRequest request{cases.path(), answers.path()};
   request.quiet = true;
   CHECK(run_blind_run(request) == 1);
   const std::string first = read_file(answers / "case_000.json");
   CHECK(read(answers / "case_000.json").at("verdict") == "no_gap");
-  CHECK_THAT(read(answers / "case_001.json").at("error").get<std::string>(), Contains("2 s"));
+  CHECK_THAT(read(answers / "case_001.json").at("error").get<std::string>(), Contains("expected at least") && Contains("readings"));
   CHECK(read(answers / "manifest.json").at("cases") == 2);
   CHECK(read(answers / "timing.json").at("case_s").size() == 2);
   // Without an effect the plant with the answer is the re-tuned one.
@@ -91,7 +91,7 @@ TEST_CASE("a case that cannot be diagnosed is an answer with its reason, and a s
 TEST_CASE("a full disk is no answer: the run stops, says how to go on, and the case is done again") {
   const Folder cases, answers;
   make_case(cases / "case_000", 9);
-  make_case(cases / "case_001", 2);
+  make_case(cases / "case_001", 0.02);
   BlindRunRequest request{cases.path(), answers.path()};
   request.quiet = true;
   // A limit on the size of files answers as a full disk does. A plant is longer than this, and a short answer is not.

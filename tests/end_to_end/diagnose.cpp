@@ -286,7 +286,7 @@ TEST_CASE("an effect that shows only beside another one is named alone where it 
   const Folder folder;
   const Plant nominal = plant_from(one_sensor_text);
   Plant truth = nominal;
-  truth.elements[0].laws.push_back({find_law("bump_stop"), {0.005, 0.005, 40000}});
+  truth.elements[0].laws.push_back({find_law("bump_stop"), {0.005, 0.005, 40000, 2}});
   measure(folder, nominal, truth, 0.012, 0, 1, 40);
   std::string out;
   const Json d = diagnosis(folder, out);
@@ -338,6 +338,35 @@ TEST_CASE("records that are too short or do not fit the plant are refused with t
   CHECK(said.status == 2);
   CHECK_THAT(said.err, Contains("expected at least") && Contains("readings"));
   CHECK_FALSE(std::filesystem::exists(folder / "d.json"));
+}
+
+TEST_CASE(
+    "a clipped sensor is named although a gain looked better first, and the plant written does what is said of it",
+    "[slow]") {
+  const Plant nominal = plant_from(one_sensor_text);
+  for (const double level : {0.4, 0.55, 0.7}) {
+    CAPTURE(level);
+    const Folder folder;
+    measure(folder, nominal, nominal, 0.01, 0, 1, 40);
+    RecordSet set = load_records(folder / "records.json", nominal.input_channels(), nominal.output_channels());
+    const double end = level * set.records[0].signal.y.cwiseAbs().maxCoeff();
+    for (Record& record : set.records) record.signal.y = record.signal.y.cwiseMin(end).cwiseMax(-end);
+    write_records(folder.path(), set);
+    std::string out;
+    const Json d = diagnosis(folder, out);
+    INFO(out);
+    REQUIRE(d.at("which").at("named").size() == 1);
+    CHECK(d.at("which").at("named")[0] == "saturation@sensor:position");
+    const Plant corrected = load_plant(folder / "d.plant.json");
+    CHECK(corrected.sensors[0].path.saturation == Approx(end).epsilon(0.02));
+    const GeneratedRecord again = simulate_record(corrected, set.records.back().signal);
+    REQUIRE(again.status == Status::ok);
+    const Index from = std::llround(200 * d.at("how_far").at("judged_from_s").get<double>());
+    const Index kept = again.signal.y.cols() - from;
+    const double nrmse = (again.signal.y - set.records.back().signal.y).rightCols(kept).norm() /
+                         set.records.back().signal.y.rightCols(kept).norm();
+    CHECK(nrmse == Approx(d.at("how_far").at("with_effect").at("nrmse").at("position").get<double>()).epsilon(0.05));
+  }
 }
 
 TEST_CASE("in short records, and in free decays without any drive, an effect is named as in others", "[slow]") {

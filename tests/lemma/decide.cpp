@@ -93,6 +93,17 @@ Verdict verdict_of(const std::string& row) {
 
 }  // namespace
 
+TEST_CASE("a gap within two standard errors of the floor's power is none, and a larger one is") {
+  for (const double gap : {0.05, 0.15, 0.3}) {
+    Evidence evidence = evidence_with_gap(gap);
+    for (const double error : {0.0, 0.02, 0.1, 0.2}) {
+      CAPTURE(gap, error);
+      evidence.noise.power_error = error;
+      CHECK(is<NoGap>(decide(evidence)) == (gap <= std::max(0.1, 2 * error)));
+    }
+  }
+}
+
 TEST_CASE("each row of the decision table is reached by the evidence that it describes") {
   for (const auto& [row, evidence] : rows()) {
     CAPTURE(row);

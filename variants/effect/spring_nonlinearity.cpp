@@ -27,8 +27,18 @@ std::shared_ptr<const Effect> make_spring_nonlinearity(const EffectOptions&) {
       const auto knee = [&](const std::string& form, double below, double above,
                             const std::vector<std::pair<std::string, double>>& moved) {
         list.push_back(with_law(plant, e, "spring_nonlinearity", form, "bump_stop", {below, above, extra, 1}, moved));
-        for (std::size_t k = 1; k < moved.size(); ++k)  // within the usual travel; what the peaks alone meet is a stop
-          plausibly(list.back(), moved[k].first, 0.15 * own.travel_rms_m, 1.3 * own.travel_rms_m);
+        // Within the usual travel it is another slope of the same spring. What the peaks alone meet, and hard, is a
+        // stop.
+        EffectCandidate& candidate = list.back();
+        const auto sized = [&](double nearest, double farthest, double softest, double hardest) {
+          candidate.plausible.clear();
+          plausibly(candidate, "stiffness_n_per_m", softest, hardest);
+          for (std::size_t k = 1; k < moved.size(); ++k)
+            plausibly(candidate, moved[k].first, nearest * own.travel_rms_m, farthest * own.travel_rms_m);
+        };
+        sized(0.9, 4, stiffness, 100 * stiffness);
+        candidate.other_names = {{"bump_stop", "linear, " + form, candidate.plausible}};
+        sized(0.15, 1.3, 0.05 * stiffness, 3 * stiffness);
       };
       knee("knee in growing travel", none, growing, {{"stiffness_n_per_m", extra}, {"extension_gap_m", 0.2 * growing}});
       knee("knee in shrinking travel", shrinking, none,

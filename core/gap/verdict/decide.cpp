@@ -217,8 +217,10 @@ std::string odd_size(const Case& c, const EffectEvidence& effect) {
 Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
   const Evidence& e = c.evidence;
   const Thresholds& t = c.thresholds;
-  const double remains = answer.candidate->chi2 - e.samples;
-  const double explained = (e.retuned_chi2 - answer.candidate->chi2) / std::max(e.retuned_chi2 - e.samples, 1.0);
+  // Of a gap that is not told from a floor which is too low, the priors of bent parameters alone are to be explained.
+  const double at_floor = gap_left(e) <= negligible(e, t) ? (1 + negligible(e, t)) * e.samples : e.samples;
+  const double remains = answer.candidate->chi2 - at_floor;
+  const double explained = (e.retuned_chi2 - answer.candidate->chi2) / std::max(e.retuned_chi2 - at_floor, 1.0);
   const double held = t.held - t.held_slope * std::max(t.held - explained, 0.0);
   for (Suspect& suspect : verdict.suspects) suspect.probability *= std::max(held, 0.0);
   const EffectEvidence& last = answer.candidate->last();
@@ -228,7 +230,7 @@ Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
       leftover_ratio(e.places, last.location) > (explained < t.explains_well ? t.elsewhere : t.far_elsewhere);
   const std::string odd = answer.pair ? "" : odd_size(c, last);
   // Held-out records that never reach the effect have no gap that could be closed.
-  const bool reached = e.retuned.misfit > 1 + t.too_small;
+  const bool reached = e.retuned.misfit > 1 + negligible(e, t);
   const double too_little = is_path(place_from(last.location)) ? t.explains_well : t.surely_not;
   const bool unexplained =
       explained < t.explains || (reached && explained < t.explains_well && answer.candidate->closure.high < too_little);
@@ -366,7 +368,7 @@ Verdict decide_gap(const Evidence& evidence, const Thresholds& thresholds) {
   const Case c{evidence, thresholds};
   Verdict verdict;
   Contest contest = contest_of(evidence, thresholds);
-  const bool small = gap_left(evidence) <= thresholds.too_small;
+  const bool small = gap_left(evidence) <= negligible(evidence, thresholds);
   // A correction is as inexact as its form, of a clock or a factor, and a small gap beside it has no name.
   const CorrectionEvidence& correction = evidence.correction;
   const bool inexact = small || gap_left(evidence) <= correction.interpolation;

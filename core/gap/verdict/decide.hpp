@@ -3,7 +3,7 @@
 ///
 /// The decision table. Rows are tried from the top; the first whose condition holds gives the answer. Words in italics
 /// of the columns are thresholds (see thresholds.hpp); chi2 counts over the noise's colour where it is compared with
-/// `notice`; the gap left is the re-tuned plant's reduced chi-square - 1.
+/// `notice`; the gap left is the re-tuned plant's reduced chi-square - 1. `too_small` is `negligible` of posterior.hpp.
 ///
 /// | row | condition                                                                          | answer         |
 /// |-----|------------------------------------------------------------------------------------|----------------|

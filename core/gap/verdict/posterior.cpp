@@ -19,13 +19,13 @@ double log_mean_exp(const Vector& x) {
 
 /// True of a single that closes the gap by itself.
 bool closes(const Evidence& evidence, double chi2, const Thresholds& thresholds) {
-  return !(chi2 > (1 + thresholds.too_small) * evidence.samples);
+  return !(chi2 > (1 + negligible(evidence, thresholds)) * evidence.samples);
 }
 
 /// Parameters join the contest if nothing else can, or if re-tuning stopped at its end: one that is free inside its
 /// tolerance, and a wide one, would have been tuned to the floor.
 bool parameters_alone(const Evidence& evidence, const Thresholds& thresholds) {
-  return gap_left(evidence) <= thresholds.too_small || evidence.singles.empty();
+  return gap_left(evidence) <= negligible(evidence, thresholds) || evidence.singles.empty();
 }
 
 }  // namespace
@@ -140,6 +140,10 @@ double leftover_ratio(const std::vector<PlaceLeftover>& places, const std::strin
 
 double chance_of(const Evidence& evidence) { return std::max(evidence.noise.colour, evidence.dispersion); }
 
+double negligible(const Evidence& evidence, const Thresholds& thresholds) {
+  return std::max(thresholds.too_small, thresholds.floor_errors * evidence.noise.power_error);
+}
+
 double gap_left(const Evidence& evidence) { return evidence.retuned_chi2 / evidence.samples - 1; }
 
 Contest contest_of(const Evidence& evidence, const Thresholds& thresholds) {
@@ -233,7 +237,7 @@ double probability_beside(const Evidence& evidence, const FreedEvidence& freed, 
 }
 
 bool parameter_explains(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds) {
-  return freed.chi2 < (1 + thresholds.too_small) * evidence.samples && others_out(evidence, freed, thresholds).empty();
+  return closes(evidence, freed.chi2, thresholds) && others_out(evidence, freed, thresholds).empty();
 }
 
 }  // namespace wheelhop

@@ -86,6 +86,10 @@ Contest contest_of_closing_effects(const Evidence& evidence, const Contest& all,
 /// larger.
 double chance_of(const Evidence& evidence);
 
+/// Reduced chi-square - 1 up to which nothing counts as missing: `too_small`, or `floor_errors` standard errors of the
+/// floor's power where that is more, as of a floor that is estimated from the records themselves.
+double negligible(const Evidence& evidence, const Thresholds& thresholds);
+
 /// Gap that is left by the re-tuned plant: reduced chi-square - 1, fitted and held-out records together.
 double gap_left(const Evidence& evidence);
 

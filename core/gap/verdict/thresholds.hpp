@@ -19,6 +19,7 @@ struct Thresholds {
   // What counts as a gap.
   double notice = 40;
   double too_small = 0.1;
+  double floor_errors = 2;
   // How probable a candidate is.
   double of_gap = 0.01;
   double of_gap_closed = 0.005;
@@ -72,6 +73,9 @@ struct Thresholds {
         "of 300 candidates with three parameters none reaches it by chance with probability 1 - 3e-6 (chi2 quantile)");
     visit("too_small", too_small, "reduced chi2 - 1", "gap below which nothing is said of what is missing", judgement,
           "a third of the noise level in RMS; the noise floor from a few repeats is known to a few per cent");
+    visit("floor_errors", floor_errors, "standard errors",
+          "of the floor's power, likewise: a gap within them is not told from a floor that is too low", literature,
+          "the 5 % level");
     visit("of_gap", of_gap, "-", "share of the gap by which candidates of an inexact form differ without meaning",
           judgement, "seen on generated rigs whose laws have other formulas than the catalogue's");
     visit("of_gap_closed", of_gap_closed, "-", "likewise, where a candidate closes the gap to the floor", judgement,

@@ -36,6 +36,19 @@ std::string undefined_size(const EffectCandidate& candidate, const Plant& fitted
   return "";
 }
 
+std::vector<EffectCandidate> under_all_names(const EffectCandidate& candidate) {
+  std::vector<EffectCandidate> all = {candidate};
+  for (const OtherName& name : candidate.other_names) {
+    EffectCandidate other = candidate;
+    other.effect = name.effect;
+    other.form = name.form;
+    other.plausible = name.plausible;
+    other.other_names.clear();
+    all.push_back(std::move(other));
+  }
+  return all;
+}
+
 EffectCandidate at_typical_size(EffectCandidate candidate) {
   for (const auto& [name, value] : candidate.typical) set_parameter(candidate.plant, name, value);
   return candidate;

@@ -20,6 +20,12 @@ struct Plausible {
   double deviation(double value) const;
 };
 
+/// What a form is called where its sizes are those of another effect.
+struct OtherName {
+  std::string effect, form;
+  std::vector<Plausible> plausible;
+};
+
 /// One effect at one place, in one form: the plant with it, ready to be simulated and fitted.
 struct EffectCandidate {
   std::string effect;                    ///< id, as the family's name
@@ -36,7 +42,11 @@ struct EffectCandidate {
   std::vector<std::pair<std::string, double>> typical = {};
   /// Form with which this one begins: it is fitted from that one's solution where that is an answer, never screened.
   std::string refines = {};
+  std::vector<OtherName> other_names = {};  ///< fitted once, the form is weighed under each of its names
 };
+
+/// The candidate, and after it the same under its other names.
+std::vector<EffectCandidate> under_all_names(const EffectCandidate& candidate);
 
 /// The candidate at the sizes that the literature gives, where it gives any.
 EffectCandidate at_typical_size(EffectCandidate candidate);

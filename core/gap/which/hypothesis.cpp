@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 
 namespace wheelhop {
 namespace {
@@ -381,10 +382,11 @@ Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothes
     Operation operation;
     if (!operation_of(plant, study.data.fitted, none.fit.initial_states, operation)) return {};
     // Anew, because its parameters may have other names in a plant without the effects before it.
-    const std::vector<EffectCandidate> candidates = study.candidates(plant, operation);
-    const auto found = std::find_if(candidates.begin(), candidates.end(),
-                                    [&](const EffectCandidate& candidate) { return same_form(candidate, wanted); });
-    if (found == candidates.end() || found->parameters.size() != wanted.parameters.size()) return {};
+    std::optional<EffectCandidate> found;
+    for (const EffectCandidate& candidate : study.candidates(plant, operation))
+      for (EffectCandidate& named : under_all_names(candidate))
+        if (!found && same_form(named, wanted)) found = std::move(named);
+    if (!found || found->parameters.size() != wanted.parameters.size()) return {};
     for (std::size_t j = first; j < next; ++j) values(count++) = get_parameter(all.fit.plant, all.parameters[j].name);
     subset.parameters.insert(subset.parameters.end(), found->parameters.begin(), found->parameters.end());
     subset.effects.push_back(*found);
@@ -445,7 +447,11 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
   });
   std::vector<Hypothesis> list;
   for (std::size_t i = 0; i < fits.size(); ++i)
-    if (done[i]) list.push_back(std::move(fits[i]));
+    if (done[i]) {
+      const std::vector<EffectCandidate> names = under_all_names(fits[i].effects.back());
+      for (std::size_t k = 1; k < names.size(); ++k) list.push_back(renamed(fits[i], names[k]));
+      list.push_back(std::move(fits[i]));
+    }
   std::stable_sort(list.begin(), list.end(), by_chi2);
   share_solutions(list);
   return list;
@@ -471,7 +477,7 @@ bool refine(const Study& study, const Hypothesis& base, const std::vector<std::s
     coarse = std::move(best);
     any = true;
   }
-  std::stable_sort(list.begin(), list.end(), by_chi2);
+  if (any) std::stable_sort(list.begin(), list.end(), by_chi2);
   return any;
 }
 

@@ -103,10 +103,10 @@ void add_linearisation(const Search& search, const Hypothesis& hypothesis, Candi
 Candidates find_singles(const Search& search, double colour, Changes& changes);
 
 /// Fits as many effects again that the screen expects less of, for gaps that no answer explained. The screen is
-/// linear, around a plant that may be bent to its ends by what is missing; where re-tuning stopped at such ends, these
-/// are the best of a screen around the plant as delivered.
+/// linear, around a plant that may be bent by what is missing.
+/// @param around the plant of the screen; null: the re-tuned one
 /// @param singles gets them, in their order   @return false if there was none, or nothing was added
-bool add_less_expected(const Search& search, double colour, Candidates& singles);
+bool add_less_expected(const Search& search, double colour, const PlantFit* around, Candidates& singles);
 
 /// Fits the finer forms of effects of given names, "effect@location".
 /// @param singles in which they take the places of the coarser ones   @return true if one did

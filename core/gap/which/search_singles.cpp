@@ -84,15 +84,14 @@ Candidates find_singles(const Search& search, double colour, Changes& changes) {
   return singles;
 }
 
-bool add_less_expected(const Search& search, double colour, Candidates& singles) {
+bool add_less_expected(const Search& search, double colour, const PlantFit* around, Candidates& singles) {
   if (singles.fits.empty()) return false;
-  const bool bent = stopped(search.retuned.fit, static_cast<Index>(search.study.tolerances.size()));
   std::vector<Hypothesis> more = extend(search.study, search.retuned,
                                         {.shortlist = search.effort.fits,
                                          .forms = 1,
                                          .worth = 0,
                                          .least = least_expected(search, colour),
-                                         .around = bent ? &search.delivered.fit : nullptr,
+                                         .around = around,
                                          .tried = &singles.fits});
   if (more.empty()) return false;
   std::move(more.begin(), more.end(), std::back_inserter(singles.fits));
@@ -132,13 +131,13 @@ std::vector<std::size_t> parameters_to_free(const Search& search, const Evidence
     most = std::max(most, std::abs(own.z));
     theta(i) = own.theta;
   }
-  const bool alone = gap_left(evidence) <= search.thresholds.too_small || evidence.singles.empty();
+  const bool alone = gap_left(evidence) <= negligible(evidence, search.thresholds) || evidence.singles.empty();
   if (most > search.effort.freeing_z && (alone || evidence.retuned_stopped))
     for (std::size_t i = 0; i < evidence.tolerances.size(); ++i) {
       const ToleranceEvidence& own = evidence.tolerances[i];
       if (std::abs(own.z) >= search.effort.freed_z && (alone || std::abs(own.theta) >= kAtEnd)) which.push_back(i);
     }
-  if (gap_left(evidence) > search.thresholds.too_small) return which;
+  if (gap_left(evidence) > negligible(evidence, search.thresholds)) return which;
   const Vector p = standing_out(theta, evidence.tolerance_covariance, evidence.noise.colour, search.thresholds);
   Index first = 0;
   if (p.maxCoeff(&first) > search.effort.stands_out &&
