@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/gap/evidence/instrument_faults.hpp"
 #include "core/gap/verdict/posterior.hpp"
 #include "core/gap/where/locate.hpp"
 #include "core/gap/where/unknown.hpp"
@@ -163,7 +164,14 @@ void free_parameters_beside(const Setting& setting, Investigation& found) {
 
 std::string cannot_follow(const Plant& plant, const GapData& data, const Hypothesis& delivered,
                           const Hypothesis& retuned) {
-  if (delivered.stage.blocks.size() > 0 && retuned.stage.blocks.size() > 0) return "";
+  if (delivered.stage.blocks.size() > 0 && retuned.stage.blocks.size() > 0) {
+    const auto [one, other] = exchanged_channels(delivered.fit, data.fitted);
+    return one.empty() ? ""
+                       : fmt::format(
+                             "the plant fits the records with the channels {} and {} exchanged: are their "
+                             "cables, columns or names?",
+                             one, other);
+  }
   std::string largest;
   for (std::size_t i = 0; i < plant.inputs.size(); ++i) {
     const double size = data.fitted.front().drive.row(static_cast<Index>(i)).cwiseAbs().maxCoeff();

@@ -8,28 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "core/data/records.hpp"
+#include "core/greybox/fit_record.hpp"
 #include "core/optimise/solver.hpp"
-#include "core/plant/plant.hpp"
-#include "core/plant/simulate.hpp"
 
 namespace wheelhop {
 
 /// Standard deviations of its prior that a parameter may move.
 inline constexpr double kFarthest = 15;
-/// Steps of the integrator in a hold interval, at most: a candidate with a stiffer law has a bad parameter.
-inline constexpr Index kSubsteps = 4;
-/// Where a law with memory yields too fast for those: too long steps leave it bounded, but not its derivatives.
-inline constexpr Index kMostSubsteps = 16;
-/// Largest change of a reading, relative to its root mean square, when the samples of a drive that is not held are
-/// doubled: a judgement, well below the noise of usual sensors (80 dB).
-inline constexpr double kDriveAccuracy = 1e-4;
-/// Samples at either end of a record that are not compared where the drive is not held, at most a tenth of the record:
-/// there the drive between its samples also depends on what came before or after. Half the reach of the windowed sinc
-/// in `interpolate`: a judgement.
-inline constexpr Index kUnsureEnds = 16;
-/// Most samples of such a drive in one sample of a record: a judgement, a bound on the time.
-inline constexpr Index kMostDriveRatio = 32;
 /// Prior of an initial state around rest, in RMS values of the states under the drive.
 inline constexpr double kStateSpread = 3;
 /// Tolerances from which a parameter has stopped there.
@@ -46,53 +31,6 @@ struct FitParameter {
 /// Every mass and every law parameter with its tolerance as prior: scale = tolerance |value|, prior_std 1, so that
 /// theta is the deviation in tolerances. Parameters of value zero have no tolerance and are left out.
 std::vector<FitParameter> tolerance_parameters(const Plant& plant);
-
-/// A record made ready for thousands of simulations.
-struct FitRecord {
-  Matrix drive;       ///< m x N * ratio, at the plant's hold rate
-  Matrix y;           ///< p x N
-  Index ratio = 1;    ///< hold samples a sample
-  Index skip = 0;     ///< leading samples that are not scored
-  Vector weight_std;  ///< p, what the residual of this record is divided by; > 0
-  Vector quantum;     ///< p, step of the lattice seen in the readings, 0: none; empty: not looked for
-  /// Variance that a fit expects of residuals in units of `weight_std`, the same in all records of a fit; 1: noise
-  /// alone. Where every model leaves more, priors count by as much more: without it parameters bend around what no
-  /// model of the class can do. McCullagh & Nelder, Generalized Linear Models, 1989, section 4.5.
-  double dispersion = 1;
-};
-
-/// An initial state for a plant that may have masses beyond those of the state, at the end of its list: each of them
-/// starts where and as fast as the mass it hangs on. @param state [q; v] of the first masses @return [q; v] of all
-Vector whole_state(const Plant& plant, const Vector& state);
-
-/// How a record is simulated, of which the first 2n numbers of the state are known; from rest in equilibrium where they
-/// are not.
-SimulateOptions run_options(const Plant& plant, const FitRecord& record, const Vector& initial_state = {});
-
-/// @param weight_std p, the record's noise floor (for a mean of R repeats that of one over sqrt(R))
-/// UserError as drive_of_record and hold_samples_per_record_sample.
-FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std);
-
-/// True if all drives are constant, as in a record of a free decay. @param drive m x N, N >= 1
-bool never_moves(ConstMatrixRef drive);
-
-/// The plant with the rate at which drives that are not held are sampled for simulations of these records: a power of
-/// two times that of the records, the lowest at which doubling it changes no reading by more than `kDriveAccuracy`, and
-/// at most `kMostDriveRatio`. Between the samples of a record drives follow their `interpolation`. A plant whose drives
-/// are held is returned as it is. Cost: a simulation of the records for each rate that is tried.
-Plant with_drive_rate(Plant plant, const RecordSet& set);
-
-/// First sample of a record that a fit counts. Memories of laws start at rest where the record does although the rig
-/// was moving, and an accelerometer sees it: a damper without its memory costs the first sample more than the rest of a
-/// small gap. A twentieth of a block of a long record is left out, no more, since the rest has to tell the initial
-/// state.
-/// @param block samples; of a record of fewer than eight blocks all count
-Index fitted_from(const FitRecord& record, Index block);
-
-/// First sample of a record that says how well a plant does: the first block of a long record does not. Memories of
-/// laws and the masses of an effect start at rest there although the rig was moving, and no fit finds their states.
-/// @param block samples; of a record of fewer than eight blocks all count
-Index judged_from(const FitRecord& record, Index block);
 
 /// r = (yhat_k - y_k) ./ weight_std over all records, readings not rounded (rounding has no derivative). theta: the
 /// parameters in units of their scale, then the initial state [q; v] of each record in units of `state_scale`.

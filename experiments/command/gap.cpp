@@ -21,7 +21,9 @@ void add_diagnose(CLI::App& app, Run& run) {
   add_quiet(command, request.quiet);
   command.footer(
       "Re-tunes the plant inside its tolerances, tries every effect of `wheelhop list` at every place where it makes\n"
-      "sense, and scores on the validation records. Repeats of one drive (repeat_of) give the noise floor.\n"
+      "sense, and scores on the validation records. Repeats of one drive give the noise floor: records with the same\n"
+      "`repeat_of`, or without any such name those whose drives differ by less than 15 %. A free decay needs no "
+      "drive.\n"
       "A plant file gives a mass or law its tolerance, the relative standard deviation within which its values are\n"
       "known (absent: 0.05). Probabilities compare the effects that were fitted; how well they come true was seen on\n"
       "generated cases only (wheelhop blind --help).\n"

@@ -62,7 +62,8 @@ TEST_CASE("a case that cannot be diagnosed is an answer with its reason, and a s
   CHECK(run_blind_run(request) == 1);
   const std::string first = read_file(answers / "case_000.json");
   CHECK(read(answers / "case_000.json").at("verdict") == "no_gap");
-  CHECK_THAT(read(answers / "case_001.json").at("error").get<std::string>(), Contains("expected at least") && Contains("readings"));
+  CHECK_THAT(read(answers / "case_001.json").at("error").get<std::string>(),
+             Contains("expected at least") && Contains("readings"));
   CHECK(read(answers / "manifest.json").at("cases") == 2);
   CHECK(read(answers / "timing.json").at("case_s").size() == 2);
   // Without an effect the plant with the answer is the re-tuned one.

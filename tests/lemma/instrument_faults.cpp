@@ -152,3 +152,28 @@ TEST_CASE("of several drives the one of another unit or sign is told, and gain e
   CHECK(faults_of(0.8, 1.3).empty());
   CHECK(faults_of(1, 1).empty());
 }
+
+TEST_CASE("two exchanged channels of one unit are told, and no others, whatever else is wrong with the plant") {
+  const std::pair<std::string, std::string> none;
+  Random random = numbers(862);
+  for (int draw = 0; draw < 20; ++draw) {
+    // Gains, offsets, noise, and a delay that grows: what a plant that is not exact leaves.
+    const Vector factors = Vector::Ones(3) + 0.15 * random.normal(3, 1);
+    Reading reading(factors, 0.1 * random.uniform(), random.normal(3, 1));
+    CAPTURE(draw);
+    CHECK(exchanged_channels(reading.fit, reading.records) == none);
+    Reading swapped = reading;
+    Matrix& y = swapped.records[0].y;
+    Matrix& error = swapped.fit.error[0];
+    const Matrix plant = y + error;
+    // The two accelerometers, as often of one level as not.
+    y.row(1).swap(y.row(2));
+    error = plant - y;
+    const auto names = exchanged_channels(swapped.fit, swapped.records);
+    CHECK(names == std::pair<std::string, std::string>{"body_acc", "wheel_acc"});
+    Reading units = reading;  // a travel and an acceleration are two columns of other units
+    units.records[0].y.row(0).swap(units.records[0].y.row(1));
+    units.fit.error[0] = plant - units.records[0].y;
+    CHECK(exchanged_channels(units.fit, units.records) == none);
+  }
+}

@@ -14,6 +14,11 @@ std::shared_ptr<const Effect> make_coulomb_friction(const EffectOptions&) {
           list.push_back(with_law(plant, place, "coulomb_friction", "smoothed sign", "coulomb_friction",
                                   {force, 0, 10 * speed, speed},
                                   {{"force_n", third(force)}, {"velocity_m_per_s", third(speed)}}));
+          // Bent only at rates that usually occur, the same law is a damper that ends at a force.
+          plausibly(list.back(), "velocity_m_per_s", 0.2 * own.rate_rms_m_per_s, 2 * own.rate_rms_m_per_s);
+          if (!place.guide() && has_damper(plant.elements[place.element]))
+            list.back().other_names = {{"damper_nonlinearity", "saturating", list.back().plausible}};
+          list.back().plausible.clear();
           plausibly(list.back(), "velocity_m_per_s", 1e-3 * own.rate_rms_m_per_s, 0.2 * own.rate_rms_m_per_s);
           if (!place.guide()) {
             typically(list.back(), "force_n", 40);

@@ -16,6 +16,7 @@ constexpr double kTimesOff = 2;       // times too large or too small
 constexpr double kGoes = 0.8;         // correlation with the plant
 constexpr double kAlike = 0.4;        // by which the factors of all channels may differ where the drive's is wrong
 constexpr double kMatters = 0.05;     // share of all channels that a drive explains, for its factor to be told
+constexpr double kExchanged = 0.1;    // of what two channels leave as they are, what they leave once exchanged
 constexpr double kOfError = 0.5;      // share of a channel's squared error that an offset makes
 constexpr double kOfMotion = 0.25;    // offset over the RMS of the motion
 constexpr double kUnitError = 0.03;   // by which a factor may miss that of a unit
@@ -223,6 +224,33 @@ std::vector<InstrumentFault> gross_faults(const PlantFit& fit, const std::vector
   if (scaled) return faults;
   if (const double slope = falls_behind(fit, records); slope != 0) faults.push_back({"clock_skew", "timebase", -slope});
   return faults;
+}
+
+std::pair<std::string, std::string> exchanged_channels(const PlantFit& fit, const std::vector<FitRecord>& records) {
+  const Index p = fit.plant.sensor_count();
+  Matrix apart = Matrix::Zero(p, p);  // of reading i of the plant and channel j
+  Vector power = Vector::Zero(p);
+  for (std::size_t r = 0; r < fit.error.size(); ++r) {
+    const Index kept = records[r].y.cols() - records[r].skip;
+    Matrix y = records[r].y.rightCols(kept), plant = y + fit.error[r].rightCols(kept);
+    y.colwise() -= y.rowwise().mean().eval();
+    plant.colwise() -= plant.rowwise().mean().eval();
+    power += y.rowwise().squaredNorm();
+    for (Index i = 0; i < p; ++i) apart.row(i) += (y.rowwise() - plant.row(i)).rowwise().squaredNorm().transpose();
+  }
+  std::pair<std::string, std::string> names;
+  double least = 1 - kGoes * kGoes;
+  for (Index i = 0; i < p; ++i)
+    for (Index j = i + 1; j < p; ++j) {
+      const Sensor &one = fit.plant.sensors[static_cast<std::size_t>(i)],
+                   &other = fit.plant.sensors[static_cast<std::size_t>(j)];
+      const double exchanged = apart(i, j) / power(j) + apart(j, i) / power(i);
+      const double as_they_are = apart(i, i) / power(i) + apart(j, j) / power(j);
+      if (one.unit != other.unit || !(exchanged < kExchanged * as_they_are) || !(exchanged < least)) continue;
+      least = exchanged;
+      names = {one.name, other.name};
+    }
+  return names;
 }
 
 }  // namespace wheelhop

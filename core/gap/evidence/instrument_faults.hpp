@@ -3,6 +3,8 @@
 /// clock that runs at another rate. A fit would bend the plant far around them, and hide everything else.
 #pragma once
 
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/gap/verdict/evidence.hpp"
@@ -27,5 +29,11 @@ namespace wheelhop {
 /// Cost: of several drives a simulation each, of the clock two FFTs a channel and record, of all else one pass over the
 /// samples.
 std::vector<InstrumentFault> gross_faults(const PlantFit& fit, const std::vector<FitRecord>& records);
+
+/// Names of two sensors of one unit whose channels seem to be exchanged: about the means, the plant's reading i is
+/// that of channel j and its reading j that of channel i, sum of |y_j - y_plant,i|^2 / |y_j|^2 over both below 1 -
+/// 0.8^2 and below a tenth of what the channels leave as they are. Of several such pairs the one that leaves least;
+/// empty names where there is none. @param fit as above   Cost: one pass over the samples.
+std::pair<std::string, std::string> exchanged_channels(const PlantFit& fit, const std::vector<FitRecord>& records);
 
 }  // namespace wheelhop

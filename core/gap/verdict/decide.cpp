@@ -419,7 +419,7 @@ Verdict decide(const Evidence& evidence, const Thresholds& thresholds) {
   if (!evidence.cannot_follow.empty()) {
     verdict.answer = Insufficient{};
     verdict.row = "0";
-    verdict.why = "the plant cannot follow the drives";
+    verdict.why = "the plant and the records cannot be compared";
     verdict.message = evidence.cannot_follow;
     return verdict;
   }

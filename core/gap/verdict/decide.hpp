@@ -7,7 +7,7 @@
 ///
 /// | row | condition                                                                          | answer         |
 /// |-----|------------------------------------------------------------------------------------|----------------|
-/// | 0   | the plant cannot follow the drives                                                 | Insufficient   |
+/// | 0   | the plant cannot follow the drives, or two channels are exchanged                  | Insufficient   |
 /// | 1   | no candidate gains `notice`, no parameter `out_of_tolerance`^2, and                |                |
 /// | 1a  |   gap left <= `too_small`, and one parameter stands out (P > `stands_out`), alone  | Parameters     |
 /// | 1b  |   a converter's rounding makes `rounded` of the floor                              | Rounding       |

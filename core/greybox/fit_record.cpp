@@ -1,0 +1,115 @@
+#include "core/greybox/fit_record.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/data/metrics.hpp"
+#include "core/data/resample.hpp"
+#include "core/plant/dataset.hpp"
+
+namespace wheelhop {
+namespace {
+
+constexpr Index kLong = 8;    // blocks
+constexpr Index kStart = 20;  // of a block
+
+/// Samples at either end of a record that are not compared, see `kUnsureEnds`.
+Index unsure_ends(const Plant& plant, Index samples) { return plant.held() ? 0 : std::min(kUnsureEnds, samples / 10); }
+
+}  // namespace
+
+bool never_moves(ConstMatrixRef drive) { return (drive.colwise() - drive.col(0)).isZero(0); }
+
+Vector whole_state(const Plant& plant, const Vector& state) {
+  const Index known = state.size() / 2, n = plant.mass_count();
+  Vector whole = Vector::Zero(2 * n);
+  whole.head(known) = state.head(known);
+  whole.segment(n, known) = state.tail(known);
+  for (Index i = known; i < n; ++i) {
+    const std::string& name = plant.masses[static_cast<std::size_t>(i)].name;
+    for (const Element& element : plant.elements) {
+      if (element.from != name && element.to != name) continue;
+      const Index host = plant.node(element.from == name ? element.to : element.from);
+      if (host >= i) continue;  // a drive, the ground, or a mass that is placed later
+      whole(i) = whole(host);
+      whole(n + i) = whole(n + host);
+      break;
+    }
+  }
+  return whole;
+}
+
+SimulateOptions run_options(const Plant& plant, const FitRecord& record, const Vector& initial_state) {
+  SimulateOptions options = sparing_steps(plant, kSubsteps, kMostSubsteps);
+  options.decimation = record.ratio;
+  options.from_equilibrium = options.or_at_zero = initial_state.size() == 0;
+  if (initial_state.size() > 0) options.initial_state = whole_state(plant, initial_state);
+  return options;
+}
+
+FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef weight_std) {
+  FitRecord record;
+  const double sampling_hz = 1 / signal.sample_time_s;
+  record.ratio = hold_samples_per_record_sample(plant, sampling_hz);
+  const Matrix u = drive_of_record(plant, signal);
+  record.drive.resize(u.rows(), u.cols() * record.ratio);
+  for (Index i = 0; i < u.rows(); ++i)
+    record.drive.row(i) = interpolate(u.row(i), record.ratio,
+                                      interpolation_from(plant.inputs[static_cast<std::size_t>(i)].interpolation));
+  record.y = signal.y;
+  record.skip = signal.skip;
+  if (const Index unsure = unsure_ends(plant, signal.y.cols()); unsure > 0) {
+    record.y.conservativeResize(Eigen::NoChange, signal.y.cols() - unsure);
+    record.skip = std::min(std::max(signal.skip, unsure), record.y.cols() - 1);
+  }
+  record.weight_std = weight_std;
+  return record;
+}
+
+Plant with_drive_rate(Plant plant, const RecordSet& set) {
+  if (plant.held() || set.records.empty()) return plant;
+  const auto sample_at = [&](Index ratio) {
+    for (PlantInput& input : plant.inputs) input.hold_hz = static_cast<double>(ratio) * set.sampling_hz;
+  };
+  const auto readings_at = [&](Index ratio, std::vector<Matrix>& readings) {
+    readings.clear();
+    sample_at(ratio);
+    for (const Record& record : set.records) {
+      const FitRecord drive = fit_record(plant, record.signal, Vector::Ones(plant.sensor_count()));
+      const Simulation run = simulate_measured(plant, drive.drive, run_options(plant, drive));
+      if (run.status != Status::ok) return false;
+      // The records of a plan hold no readings: their inputs tell how long they are.
+      const Index samples = record.signal.u.cols(), unsure = unsure_ends(plant, samples);
+      readings.push_back(run.outputs.middleCols(unsure, samples - 2 * unsure));
+    }
+    return true;
+  };
+  std::vector<Matrix> coarse, fine;
+  bool before = readings_at(1, coarse);
+  Index ratio = 1;
+  for (; ratio < kMostDriveRatio; ratio *= 2) {
+    const bool ran = readings_at(2 * ratio, fine);
+    if (before && ran) {
+      Vector change = Vector::Zero(plant.sensor_count()), size = change;
+      for (std::size_t i = 0; i < fine.size(); ++i) {
+        change += (fine[i] - coarse[i]).rowwise().squaredNorm();
+        size += fine[i].rowwise().squaredNorm();
+      }
+      if ((change.array() <= kDriveAccuracy * kDriveAccuracy * size.array()).all()) break;
+    }
+    before = ran;
+    coarse.swap(fine);
+  }
+  sample_at(ratio);
+  return plant;
+}
+
+Index fitted_from(const FitRecord& record, Index block) {
+  return record.y.cols() >= record.skip + kLong * block ? record.skip + block / kStart : record.skip;
+}
+
+Index judged_from(const FitRecord& record, Index block) {
+  return record.y.cols() >= record.skip + kLong * block ? record.skip + block : record.skip;
+}
+
+}  // namespace wheelhop
