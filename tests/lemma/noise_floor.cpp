@@ -139,6 +139,27 @@ TEST_CASE("without repeats the floor is the record set's, and without that the l
   CHECK_THROWS_WITH(noise_floor(set), Contains("acc"));
 }
 
+TEST_CASE("the error told of an estimated floor is what estimates of short records scatter by, and a tenth at least") {
+  for (const Index samples : {60, 250, 1000, 4000}) {
+    double scatter = 0, told = 0;
+    const int draws = 60;
+    for (std::uint64_t draw = 0; draw < draws; ++draw) {
+      RecordSet set = noisy(1, kStd, 0, 7100 + draw);
+      Signal& signal = set.records[0].signal;
+      signal.u = signal.u.leftCols(samples).eval();
+      signal.y = signal.y.rightCols(samples).eval();
+      const NoiseFloor floor = noise_floor(set);
+      const double power = floor.std.cwiseQuotient(kStd).cwiseAbs2().mean();
+      scatter += (power - 1) * (power - 1) / draws;
+      told += floor.power_error * floor.power_error / draws;
+    }
+    CAPTURE(samples, std::sqrt(scatter), std::sqrt(told));
+    CHECK(told >= 0.01);
+    CHECK(told < 0.0101 + 4 * scatter);
+    CHECK(scatter < 2 * told);
+  }
+}
+
 TEST_CASE("repeats of different drives or lengths, and outputs without noise, are refused with their names") {
   RecordSet other = noisy(2, kStd);
   other.records[1].signal.u *= 1.6;

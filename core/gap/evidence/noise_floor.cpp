@@ -17,7 +17,7 @@ constexpr double kMeetings = 4;         // readings a step of the lattice
 constexpr double kOnLattice = 1e-3;     // of a step, by which a reading may lie beside it: digits of a file
 constexpr Index kColourBands = 24;      // in which the density of the noise is looked at
 constexpr Index kErrorBlocks = 20;      // of time, whose scatter tells the error of the noise power
-constexpr double kEstimateError = 0.1;  // of the power that the quiet end tells
+constexpr double kEstimateError = 0.1;  // of the power that the quiet end tells, for what is not white in it
 // Of the largest drive of a unit, RMS over RMS; judgements:
 constexpr double kSameDrive = 0.05;   // repeats that differ by more are not averaged
 constexpr double kLikeRepeat = 0.15;  // records that differ by less are taken for repeats although no file says so
@@ -110,10 +110,13 @@ void check_repeats(const RecordSet& set) {
   }
 }
 
+/// Lines of a spectrum in the upper fifth of the band.
+Index quiet_lines(Index lines) { return std::max<Index>(lines / 5, 1); }
+
 /// White level that the median line of the upper fifth of the band tells.
 Vector quiet_end(ConstMatrixRef y) {
   const ComplexMatrix spectrum = hann_spectrum(y);
-  const Index lines = spectrum.cols(), first = lines - std::max<Index>(lines / 5, 1);
+  const Index lines = spectrum.cols(), first = lines - quiet_lines(lines);
   Vector std(y.rows());
   for (Index i = 0; i < y.rows(); ++i) {
     std::vector<double> power;
@@ -241,13 +244,16 @@ NoiseFloor noise_floor(const RecordSet& set) {
     }
   } else {
     Vector power = Vector::Zero(p);
+    double lines = 0;
     for (const Record& record : set.records) {
       const Index kept = record.signal.samples() - record.signal.skip;
+      lines += static_cast<double>(quiet_lines(kept / 2 + 1) * p);
       power += static_cast<double>(kept) * quiet_end(record.signal.y.rightCols(kept)).cwiseAbs2();
       floor.degrees += kept;
     }
     floor.std = (power / static_cast<double>(floor.degrees)).cwiseSqrt();
-    floor.power_error = kEstimateError;
+    // The median of n exponential lines scatters by 1 / (ln 2 sqrt(n)) of itself.
+    floor.power_error = std::hypot(kEstimateError, 1 / (std::log(2.0) * std::sqrt(lines)));
   }
   for (Index i = 0; i < p; ++i)
     if (!(floor.std(i) > 0) || !std::isfinite(floor.std(i)))

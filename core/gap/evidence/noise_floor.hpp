@@ -19,7 +19,8 @@ struct NoiseFloor {
   Vector std;         ///< p, of one record, in the units of the outputs; > 0
   Index degrees = 0;  ///< samples behind each value of std
   /// Standard error of the noise power, in units of std^2 and averaged over the channels: from repeats by blocks of
-  /// time, so that coloured noise counts for as little as it tells; 0 of a given `noise_std`, a tenth of an estimate.
+  /// time, so that coloured noise counts for as little as it tells; 0 of a given `noise_std`; of an estimate a tenth
+  /// and what its median scatters.
   double power_error = 0;
   /// Largest density of the noise over its mean density, over all channels: 1 for white noise. What a signal of one
   /// band seems to explain by chance grows by it. From repeats; 1 where there are none.
