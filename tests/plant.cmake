@@ -9,4 +9,5 @@ wheelhop_tests(plant wheelhop_plant
   lemma/road.cpp
   lemma/stepping.cpp
   lemma/plant_inerter.cpp
-  lemma/plant_force.cpp)
+  lemma/plant_force.cpp
+  lemma/plant_ground.cpp)

@@ -39,13 +39,6 @@ std::size_t joint_to_ground(const Plant& plant, const std::string& mass) {
 
 }  // namespace
 
-bool turns(const Plant& plant, const std::string& mass) {
-  for (const Point& point : plant.points)
-    for (const auto& [name, weight] : point.weights)
-      if (name == mass && weight < 0) return true;
-  return false;
-}
-
 std::vector<LawPlace> law_places(const Plant& plant, const Operation& operation) {
   std::vector<LawPlace> list;
   const auto is_guide = [&](std::size_t e) { return location_of(plant.elements[e]) != plant.elements[e].name; };

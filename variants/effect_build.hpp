@@ -50,8 +50,6 @@ EffectCandidate with_law(const Plant& plant, const LawPlace& place, const std::s
 EffectCandidate with_path(const Plant& plant, const std::string& effect, const std::string& location,
                           const std::string& form, const std::vector<EffectParameter>& parameters);
 
-/// True of a mass that rigid points carry with a negative weight, as they do a pitch or roll.
-bool turns(const Plant& plant, const std::string& mass);
 /// True if one node of the element is a displacement input and the other one moves: a tyre, a base mount; but not a
 /// damper on a dynamometer.
 bool at_drive(const Plant& plant, const Element& element);

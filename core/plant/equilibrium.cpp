@@ -75,9 +75,7 @@ Equilibrium static_equilibrium(const Plant& plant, ConstVectorRef u) {
     if (motion.input_node(i) >= 0) {
       applied -= stiffness.col(motion.input_node(i)) * u(i);
     } else {
-      const auto [from, to] = motion.force_nodes(i);
-      for (const Motion::Weight& weight : motion.weights(from)) applied(weight.mass) -= weight.value * u(i);
-      for (const Motion::Weight& weight : motion.weights(to)) applied(weight.mass) += weight.value * u(i);
+      applied.head(n) += motion.input_forces(i) * u(i);
     }
   }
   Vector q = least_squares(mass_block(stiffness, n), applied.head(n)).x;

@@ -43,6 +43,8 @@ Row sensor_row(const LinearPlant& model, const Motion& motion, const Motion::Slo
   const SensorKind kind = force ? SensorKind::acceleration : place.kind;
   const Row from = node_row(model, motion, kind, place.from), to = node_row(model, motion, kind, place.to);
   Row row{to.c - from.c, to.d - from.d, to.d_rate - from.d_rate};
+  for (Index i = 0; i < motion.inputs(); ++i)
+    if (motion.accelerates_ground(i)) row.d(i) += place.ground;
   if (!force) return row;
   const Index n = motion.masses();
   const double inertance = motion.inertance_kg(place.element);
@@ -127,11 +129,7 @@ LinearPlant linearise_along(const Plant& plant, ConstMatrixRef states, ConstMatr
       model.B.col(i).tail(s) = slopes.memory_travel.col(node);
       model.B_rate.col(i).tail(s) = slopes.memory_rate.col(node);
     } else {
-      const auto [from, to] = motion.force_nodes(i);
-      for (const Motion::Weight& weight : motion.weights(from))
-        model.B.col(i).segment(n, n) -= weight.value * inverse_mass.col(weight.mass);
-      for (const Motion::Weight& weight : motion.weights(to))
-        model.B.col(i).segment(n, n) += weight.value * inverse_mass.col(weight.mass);
+      model.B.col(i).segment(n, n) = inverse_mass * motion.input_forces(i);
     }
   }
   model.C = Matrix::Zero(p, 2 * n + s);

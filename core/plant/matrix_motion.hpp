@@ -107,7 +107,7 @@ class MatrixMotion {
   std::vector<std::vector<V>> values_;  // of the laws, for lanes
   PerMass<V, N> load_, b_;              // load_: what of b is constant
   struct Drive {
-    bool is_force;
+    bool moves_node;
     std::vector<V> on_mass, on_mass_rate;  // change of b with u and with u'
     std::vector<double> travel;            // of the curved elements: change of their travel with u
   };
@@ -141,7 +141,7 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
   const Motion& first = *motions[0];
   const std::size_t n = masses_;
   for (const Motion::Drive& drive : first.inputs_)
-    drives_.push_back({drive.node < 0, std::vector<V>(n, V(0.0)), std::vector<V>(n, V(0.0)), {}});
+    drives_.push_back({drive.node >= 0, std::vector<V>(n, V(0.0)), std::vector<V>(n, V(0.0)), {}});
   const auto accelerated = [&](const std::vector<double>& forces, std::size_t i) {
     return lanes::gather<V>(motions, [&](const Motion& motion) { return motion.accelerated(forces.data(), i); });
   };
@@ -191,11 +191,11 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
          of(&Motion::Branch::offset_m), of(&Motion::Branch::rest_force_n)});
   }
   for (std::size_t d = 0; d < drives_.size(); ++d) {
-    if (!drives_[d].is_force) continue;
-    std::vector<double> pushed(n, 0.0);
-    add_node(static_cast<std::size_t>(first.inputs_[d].from), -1, pushed);
-    add_node(static_cast<std::size_t>(first.inputs_[d].to), 1, pushed);
-    for (std::size_t i = 0; i < n; ++i) drives_[d].on_mass[i] = accelerated(pushed, i);
+    if (drives_[d].moves_node) continue;
+    for (std::size_t i = 0; i < n; ++i)
+      drives_[d].on_mass[i] = lanes::gather<V>(motions, [&](const Motion& motion) {
+        return motion.accelerated(motion.input_forces(static_cast<Index>(d)).data(), i);
+      });
   }
   for (std::size_t i = 0; i < n; ++i)
     load_[i] = lanes::gather<V>(
@@ -217,7 +217,7 @@ void MatrixMotion<V, N>::hold(const V* u, const V* u_rate) {
   for (std::size_t d = 0; d < drives_.size(); ++d) {
     const Drive& drive = drives_[d];
     for (std::size_t i = 0; i < n; ++i) b_[i] += drive.on_mass[i] * u[d] + drive.on_mass_rate[i] * u_rate[d];
-    if (drive.is_force) continue;
+    if (!drive.moves_node) continue;
     for (std::size_t e = 0; e < curved_.size(); ++e) {
       curved_[e].travel += V(drive.travel[e]) * u[d];
       curved_[e].rate += V(drive.travel[e]) * u_rate[d];

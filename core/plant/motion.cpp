@@ -69,11 +69,14 @@ Motion::Motion(const Plant& plant) {
     points_.push_back(std::move(rigid));
   }
   for (const PlantInput& input : plant.inputs) {
-    if (input.kind == InputKind::displacement)
-      inputs_.push_back({plant.node(input.name), -1, -1});
-    else
-      inputs_.push_back(
-          {-1, plant.node(input.from), plant.node(input.to), input.inside.empty() ? -1 : plant.element(input.inside)});
+    switch (input.kind) {
+      case InputKind::displacement: inputs_.push_back({plant.node(input.name), -1, -1}); break;
+      case InputKind::force:
+        inputs_.push_back({-1, plant.node(input.from), plant.node(input.to),
+                           input.inside.empty() ? -1 : plant.element(input.inside)});
+        break;
+      case InputKind::acceleration: inputs_.push_back({-1, -1, -1, -1, true}); break;
+    }
   }
   for (Branch& branch : branches_) {
     branch.driven = branch.driven_too = -1;
@@ -102,6 +105,13 @@ Motion::Motion(const Plant& plant) {
   weights_.resize(nodes);
   for (std::size_t i = 0; i < mass_.size(); ++i) weights_[i] = {{static_cast<Index>(i), 1.0}};
   for (const RigidPoint& point : points_) weights_[point.node] = point.weights;
+  // The ground carries every place, but turns no mass.
+  for (const Mass& mass : plant.masses) carried_.push_back(turns(plant, mass.name) ? 0 : 1);
+  const auto carried = [&](Index node) {
+    return node < masses() ? carried_[static_cast<std::size_t>(node)] : weights(node).empty() ? 0 : 1;
+  };
+  for (SensorPlace& sensor : sensors_)
+    if (sensor.kind == SensorKind::acceleration) sensor.ground = carried(sensor.to) - carried(sensor.from);
   if (inerters) couple();
   z_rate_.assign(rest_.size(), 0);
   element_force_.assign(branches_.size(), 0);
@@ -162,6 +172,9 @@ void Motion::set_inputs(const double* u, const double* u_rate) {
     if (drive.node >= 0) {
       x_[static_cast<std::size_t>(drive.node)] = u[i];
       v_[static_cast<std::size_t>(drive.node)] = u_rate[i];
+    } else if (drive.accelerates_ground) {
+      ground_acceleration_ = u[i];
+      for (std::size_t mass = 0; mass < mass_.size(); ++mass) applied_[mass] -= carried_[mass] * mass_[mass] * u[i];
     } else {
       applied_[static_cast<std::size_t>(drive.from)] -= u[i];
       applied_[static_cast<std::size_t>(drive.to)] += u[i];
@@ -315,7 +328,8 @@ void Motion::outputs(const double* q, const double* v, const double* z, const do
     const SensorPlace& sensor = sensors_[i];
     y[i] = sensor.kind == SensorKind::force
                ? force_reading(static_cast<std::size_t>(sensor.element), q, v, z, a)
-               : reading(sensor.kind, sensor.to, q, v, a) - reading(sensor.kind, sensor.from, q, v, a);
+               : reading(sensor.kind, sensor.to, q, v, a) - reading(sensor.kind, sensor.from, q, v, a) +
+                     sensor.ground * ground_acceleration_;
   }
 }
 
@@ -511,9 +525,16 @@ double Motion::travel(int element) const {
   return x_[branch.to] - x_[branch.from];
 }
 
-std::array<Index, 2> Motion::force_nodes(Index input) const {
+Vector Motion::input_forces(Index input) const {
   const Drive& drive = inputs_[static_cast<std::size_t>(input)];
-  return {drive.from, drive.to};
+  Vector forces = Vector::Zero(masses());
+  if (drive.accelerates_ground) {
+    for (Index i = 0; i < masses(); ++i) forces(i) = -carried_[static_cast<std::size_t>(i)] * mass_kg(i);
+  } else if (drive.node < 0) {
+    for (const Weight& weight : weights(drive.from)) forces(weight.mass) -= weight.value;
+    for (const Weight& weight : weights(drive.to)) forces(weight.mass) += weight.value;
+  }
+  return forces;
 }
 
 }  // namespace wheelhop

@@ -4,7 +4,6 @@
 /// memory in the order of the file); `u` has one entry an input of the plant.
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "core/plant/plant.hpp"
@@ -120,10 +119,13 @@ class Motion {
     return sum;
   }
   Index node_count() const { return static_cast<Index>(x_.size()); }
-  /// Node of a displacement input, -1 for a force.
+  /// Node of a displacement input, -1 for one of another kind.
   Index input_node(Index input) const { return inputs_[static_cast<std::size_t>(input)].node; }
-  /// Nodes between which a force input acts: -u on the first, +u on the second.
-  std::array<Index, 2> force_nodes(Index input) const;
+  /// Forces on the masses (n) per unit of an input that moves no node: -1 and +1 where a force acts, -m where the
+  /// ground accelerates.
+  Vector input_forces(Index input) const;
+  /// True of an input that accelerates the ground.
+  bool accelerates_ground(Index input) const { return inputs_[static_cast<std::size_t>(input)].accelerates_ground; }
   /// Element inside which a force input acts, -1: none.
   Index force_inside(Index input) const { return inputs_[static_cast<std::size_t>(input)].inside; }
   /// Constant forces of the loads on the masses (n), those on points by their weights [N].
@@ -138,6 +140,7 @@ class Motion {
     SensorKind kind;
     Index from, to;  // ends of the element of a force sensor
     Index element = -1;
+    double ground = 0;  // of an accelerometer: share of the ground's acceleration in its reading
   };
   const SensorPlace& sensor(Index i) const { return sensors_[static_cast<std::size_t>(i)]; }
 
@@ -166,6 +169,7 @@ class Motion {
     Index node;  // of a displacement
     Index from, to;
     Index inside = -1;
+    bool accelerates_ground = false;
   };
   struct RigidPoint {
     std::size_t node;
@@ -197,6 +201,8 @@ class Motion {
   std::vector<SensorPlace> sensors_;
   std::vector<double> x_, v_, force_, applied_;  // one entry a node
   std::vector<double> loads_;                    // of applied_, what is constant
+  std::vector<double> carried_;                  // one entry a mass: 1, or 0 of one that turns
+  double ground_acceleration_ = 0;               // [m/s^2]
   std::vector<double> inside_;                   // one entry an element: forces of inputs that act inside it
   std::vector<double> rest_, z_rate_;            // one entry a memory: zeros, and scratch
   std::vector<double> element_force_;            // one entry an element

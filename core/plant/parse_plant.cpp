@@ -1,5 +1,8 @@
 #include <algorithm>
+#include <iterator>
 #include <set>
+#include <string>
+#include <tuple>
 
 #include "core/plant/plant.hpp"
 
@@ -110,6 +113,37 @@ Point read_point(const JsonCursor& cursor, const Plant& plant, Names& places) {
   return point;
 }
 
+/// What a kind of input or sensor is called in a file, and its unit.
+template <class Kind>
+struct KindName {
+  Kind kind;
+  const char *name, *unit;
+};
+constexpr KindName<InputKind> kInputKinds[] = {{InputKind::displacement, "displacement", "m"},
+                                               {InputKind::force, "force", "N"},
+                                               {InputKind::acceleration, "acceleration", "m/s^2"}};
+constexpr KindName<SensorKind> kSensorKinds[] = {{SensorKind::displacement, "displacement", "m"},
+                                                 {SensorKind::velocity, "velocity", "m/s"},
+                                                 {SensorKind::acceleration, "acceleration", "m/s^2"},
+                                                 {SensorKind::force, "force", "N"}};
+
+/// The member `kind`, its name and its unit.
+template <class Kind, std::size_t count>
+std::tuple<Kind, std::string, std::string> read_kind(const JsonCursor& cursor, const KindName<Kind> (&kinds)[count]) {
+  std::vector<std::string> names;
+  for (const KindName<Kind>& own : kinds) names.push_back(own.name);
+  const std::string name = cursor.at("kind").one_of(names);
+  const auto* own = std::find_if(std::begin(kinds), std::end(kinds), [&](const auto& k) { return name == k.name; });
+  return {own->kind, name, own->unit};
+}
+
+template <class Kind, std::size_t count>
+const char* kind_name(Kind kind, const KindName<Kind> (&kinds)[count]) {
+  for (const KindName<Kind>& own : kinds)
+    if (own.kind == kind) return own.name;
+  return "";
+}
+
 [[noreturn]] void fail_hold(const JsonCursor& input, const std::string& expected) {
   if (auto member = input.find("hold_hz")) member->fail(expected);
   input.fail("\"hold_hz\": " + expected);
@@ -117,17 +151,19 @@ Point read_point(const JsonCursor& cursor, const Plant& plant, Names& places) {
 
 PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& places, Names& channels) {
   PlantInput input;
-  const bool force = cursor.at("kind").one_of({"displacement", "force"}) == "force";
-  input.kind = force ? InputKind::force : InputKind::displacement;
+  std::string what;
+  std::tie(input.kind, what, input.unit) = read_kind(cursor, kInputKinds);
   input.name = channels.read(cursor.at("name"));
-  if (!force) places.read(cursor.at("name"));
-  input.unit = force ? "N" : "m";
-  read_unit(cursor, input.unit, force ? "a force input" : "a displacement input");
+  if (input.kind == InputKind::displacement) places.read(cursor.at("name"));
+  read_unit(cursor, input.unit, "an input of kind " + what);
+  const auto accelerates = [](const PlantInput& other) { return other.kind == InputKind::acceleration; };
+  if (accelerates(input) && std::any_of(plant.inputs.begin(), plant.inputs.end(), accelerates))
+    cursor.at("kind").fail("one acceleration at most: it is that of the ground");
   if (auto member = cursor.find("hold_hz")) input.hold_hz = member->number({.low = 1e-3, .high = 1e7});
   input.held = input.hold_hz > 0;
   if (auto member = cursor.find("interpolation"))
     input.interpolation = member->one_of({"band_limited", "zoh", "linear"});
-  if (force) {
+  if (input.kind == InputKind::force) {
     const std::vector<std::string> movable = movable_names(plant);
     read_place(cursor, "on", movable, movable, input.from, input.to);
   }
@@ -173,27 +209,11 @@ Load read_load(const JsonCursor& cursor, const Plant& plant, Names& loads) {
   return load;
 }
 
-/// What a sensor kind is called in a file, and its unit.
-struct KindName {
-  SensorKind kind;
-  const char *name, *unit;
-};
-constexpr KindName kSensorKinds[] = {{SensorKind::displacement, "displacement", "m"},
-                                     {SensorKind::velocity, "velocity", "m/s"},
-                                     {SensorKind::acceleration, "acceleration", "m/s^2"},
-                                     {SensorKind::force, "force", "N"}};
-
 Sensor read_sensor(const JsonCursor& cursor, const Plant& plant, Names& channels) {
   Sensor sensor;
   sensor.name = channels.read(cursor.at("name"));
-  std::vector<std::string> kinds;
-  for (const KindName& own : kSensorKinds) kinds.push_back(own.name);
-  const std::string kind = cursor.at("kind").one_of(kinds);
-  for (const KindName& own : kSensorKinds)
-    if (kind == own.name) {
-      sensor.kind = own.kind;
-      sensor.unit = own.unit;
-    }
+  std::string kind;
+  std::tie(sensor.kind, kind, sensor.unit) = read_kind(cursor, kSensorKinds);
   read_unit(cursor, sensor.unit, "a sensor of " + kind);
   if (sensor.kind == SensorKind::force) {
     std::vector<std::string> elements;
@@ -300,12 +320,6 @@ void write_place(Json& out, const char* single, const Plant& plant, const std::s
     out["between"] = pair_json(from, to);
 }
 
-const char* kind_name(SensorKind kind) {
-  for (const KindName& own : kSensorKinds)
-    if (own.kind == kind) return own.name;
-  return "";
-}
-
 }  // namespace
 
 Json to_json(const Plant& plant) {
@@ -322,9 +336,8 @@ Json to_json(const Plant& plant) {
   }
   out["inputs"] = Json::array();
   for (const PlantInput& input : plant.inputs) {
-    const bool force = input.kind == InputKind::force;
-    Json item = {{"name", input.name}, {"kind", force ? "force" : "displacement"}, {"unit", input.unit}};
-    if (force) write_place(item, "on", plant, input.from, input.to);
+    Json item = {{"name", input.name}, {"kind", kind_name(input.kind, kInputKinds)}, {"unit", input.unit}};
+    if (input.kind == InputKind::force) write_place(item, "on", plant, input.from, input.to);
     if (input.held) item["hold_hz"] = input.hold_hz;
     item["interpolation"] = input.interpolation;
     write_path(item, input.path);
@@ -342,7 +355,7 @@ Json to_json(const Plant& plant) {
         {{"name", load.name}, {"on", load.on}, {"force_n", load.force_n}, {"tolerance", load.tolerance}});
   out["sensors"] = Json::array();
   for (const Sensor& sensor : plant.sensors) {
-    Json item = {{"name", sensor.name}, {"kind", kind_name(sensor.kind)}};
+    Json item = {{"name", sensor.name}, {"kind", kind_name(sensor.kind, kSensorKinds)}};
     if (sensor.kind == SensorKind::force)
       item["element"] = sensor.element;
     else

@@ -78,6 +78,13 @@ std::vector<std::string> parameter_names(const Plant& plant) {
 
 }  // namespace
 
+bool turns(const Plant& plant, const std::string& mass) {
+  for (const Point& point : plant.points)
+    for (const auto& [name, weight] : point.weights)
+      if (name == mass && weight < 0) return true;
+  return false;
+}
+
 std::string guide_element(const std::string& mass) { return "guide_of_" + mass; }
 
 std::string location_of(const Element& element) {

@@ -32,12 +32,16 @@ struct Point {
   std::vector<std::pair<std::string, double>> weights;  ///< by mass
 };
 
-enum class InputKind { displacement, force };
+/// What a drive does: moves a node, pushes masses, or accelerates the ground, as a shaking table does. All
+/// displacements and velocities are relative to the ground; where it accelerates, each mass feels -m u, as in an
+/// earthquake: M a + D v + K q = -M r u, r = 1, and 0 of a mass that `turns`. A. K. Chopra, Dynamics of Structures,
+/// 4th ed., section 1.7.
+enum class InputKind { displacement, force, acceleration };
 
 struct PlantInput {
   std::string name;
   InputKind kind = InputKind::displacement;
-  std::string unit;  ///< "m" or "N"
+  std::string unit;  ///< "m", "N" or "m/s^2"
   /// Samples of the drive a second, between which it is held (ZOH). Of a drive that is not held this is the rate of the
   /// samples that it runs through smoothly; a plant file does not give it, `with_drive_rate` finds it for records.
   double hold_hz = 0;
@@ -74,7 +78,9 @@ enum class SensorKind { displacement, velocity, acceleration, force };
 struct Sensor {
   std::string name;
   SensorKind kind = SensorKind::displacement;
-  std::string from, to;      ///< reads x_to - x_from; from = "ground" for a sensor `of` a mass. Empty for a force
+  /// Reads x_to - x_from; from = "ground" for a sensor `of` a mass. Empty for a force. An accelerometer reads absolute
+  /// accelerations, also where the ground accelerates.
+  std::string from, to;
   std::string unit;          ///< "m", "m/s", "m/s^2" or "N"
   SensorPath path = {};      ///< from the ideal reading to the record
   std::string element = {};  ///< of a force sensor
@@ -105,12 +111,15 @@ struct Plant {
 /// Reads and checks a plant file. UserError with file, JSON path, what was expected and found, and the known names:
 /// unknown node, law or key; element with one node only, or without a mass at either end unless a force sensor reads it
 /// (a damper on a dynamometer); mass that is not positive or that nothing touches; repeated name; wrong unit; tolerance
-/// outside (0, 1]; inputs of different hold rates, or held ones
-/// beside others; no input or sensor; no mass unless there is a force sensor.
+/// outside (0, 1]; inputs of different hold rates, or held ones beside others; two accelerations of the ground; no
+/// input or sensor; no mass unless there is a force sensor.
 Plant load_plant(const std::filesystem::path& file);
 Plant parse_plant(const JsonCursor& cursor);
 /// `parse_plant(to_json(plant))` gives the same plant.
 Json to_json(const Plant& plant);
+
+/// True of a mass that rigid points carry with a negative weight, as they do a pitch or roll.
+bool turns(const Plant& plant, const std::string& mass);
 
 /// Name of the element between the ground and a mass that holds the laws of its guide where a plant file has no other
 /// element there: what an effect puts at `guide:MASS`. (Names in a plant file hold no colon.)

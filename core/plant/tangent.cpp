@@ -32,6 +32,7 @@ Tangent::Tangent(const Plant& plant, const std::vector<Variation>& variations, I
   inputs_.resize(2 * motion.inputs_.size(), active_);
   applied_.resize(n, active_);
   loads_.resize(n, active_);
+  ground_.resize(n, active_);
   Size memory_law = 0;
   int sensed = 0;
   for (Size b = 0; b < motion.branches_.size(); ++b) {
@@ -98,6 +99,15 @@ void Tangent::add_neighbour(const Plant& plant, const Motion& motion, Size direc
       for (Size j = 0; j < masses_; ++j)
         shares_.set(masses_ * i + j, direction, shares(static_cast<Index>(i), static_cast<Index>(j)));
     masses_change_ = true;
+  }
+  for (Index input = 0; input < motion.inputs(); ++input) {
+    if (!motion.accelerates_ground(input)) continue;
+    const Vector change = (there.input_forces(input) - motion.input_forces(input)) / step;
+    if ((change.array() == 0).all()) continue;
+    ground_changes_ = true;
+    // As a force on the masses that they have here.
+    const Vector force = motion.mass_matrix() * (there.inverse_mass_matrix() * change);
+    for (Size i = 0; i < masses_; ++i) ground_.set(i, direction, force(static_cast<Index>(i)));
   }
   if (const Vector change = (there.load_forces() - motion.load_forces()) / step; (change.array() != 0).any()) {
     loads_change_ = true;
@@ -175,8 +185,11 @@ void Tangent::step_memories(const Motion& motion, Index k, const double* step, c
 }
 
 void Tangent::set_inputs(const Motion& motion, Index k, bool sampled, double hold_s, double fraction) {
-  if (driven_.empty()) return;
+  if (driven_.empty() && !ground_changes_) return;
   applied_ = loads_;
+  if (ground_changes_)
+    for (Size c = 0; c < active_; ++c)
+      for (Size i = 0; i < masses_; ++i) applied_.add(i, c, ground_.get(i, c) * motion.ground_acceleration_);
   for (Size i = 0; i < motion.inputs_.size(); ++i) {
     const Motion::Drive& input = motion.inputs_[i];
     for (const Size c : driven_) {
@@ -194,6 +207,10 @@ void Tangent::set_inputs(const Motion& motion, Index k, bool sampled, double hol
       inputs_.set(2 * i, c, change);
       if (input.node >= 0) {
         inputs_.set(2 * i + 1, c, rate);
+        continue;
+      }
+      if (input.accelerates_ground) {
+        for (Size mass = 0; mass < masses_; ++mass) applied_.add(mass, c, -motion.carried_[mass] * motion.mass_[mass] * change);
         continue;
       }
       for (const Motion::Weight& weight : motion.weights(input.from))
@@ -290,7 +307,7 @@ template <int N>
   } else {
     for (Size i = 0; i < n; ++i) a[i] = 0.0;
   }
-  if (loads_change_ || !driven_.empty()) {
+  if (loads_change_ || ground_changes_ || !driven_.empty()) {
     const Lanes* const applied = applied_.block(four);
     if (coupled_) {
       for (Size i = 0; i < n; ++i)
@@ -438,9 +455,12 @@ void Tangent::read(const Motion& motion, Index column) {
     };
     for (Size i = 0; i < motion.sensors_.size(); ++i) {
       const Motion::SensorPlace& sensor = motion.sensors_[i];
-      const Lanes reading = sensor.kind == SensorKind::force
-                                ? change_of_force(sensor.element)
-                                : change(sensor.kind, sensor.to) - change(sensor.kind, sensor.from);
+      Lanes reading = sensor.kind == SensorKind::force
+                          ? change_of_force(sensor.element)
+                          : change(sensor.kind, sensor.to) - change(sensor.kind, sensor.from);
+      for (Size input = 0; input < motion.inputs_.size(); ++input)
+        if (motion.inputs_[input].accelerates_ground)
+          reading += Lanes(sensor.ground) * inputs_.block(four)[2 * input];
       for (Size lane = 0; lane < Lanes::count && 4 * four + lane < active_; ++lane)
         outputs[4 * four + lane](static_cast<Index>(i), column) = reading[static_cast<int>(lane)];
     }

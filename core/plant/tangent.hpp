@@ -122,6 +122,8 @@ class Tangent {
   Rows own_rate_;                                 // what neighbours change in the rates of memories
   Rows loads_;                                    // constant forces on the masses, as far as neighbours change them
   bool loads_change_ = false;
+  Rows ground_;  // forces on the masses per acceleration of the ground, as far as neighbours change them
+  bool ground_changes_ = false;
   Rows forces_;      // of the elements that force sensors read, at the present stage; without inerters
   Rows inertances_;  // of these elements
   Rows shares_;      // change of a mass's acceleration, per acceleration; where

@@ -32,7 +32,8 @@ double relative_error(ConstMatrixRef value, ConstMatrixRef reference) {
 }
 
 std::vector<Plant> all_plants() {
-  return {plant_from(quarter_car_text), plant_from(one_mass_text), plant_from(chain_text), full_car()};
+  return {plant_from(quarter_car_text), plant_from(one_mass_text), plant_from(chain_text), plant_from(shaken_text),
+          full_car()};
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 
 /// Plants with each law of the catalogue, rigid points, forces between masses, and one to seven masses.
 std::vector<Plant> plants() {
-  std::vector<Plant> list = {plant_from(quarter_car_text), plant_from(chain_text), full_car()};
+  std::vector<Plant> list = {plant_from(quarter_car_text), plant_from(chain_text), full_car(), plant_from(shaken_text)};
   for (const std::vector<Law>& laws : groups()) {
     Plant plant = plant_from(quarter_car_text);
     plant.elements[0].laws.insert(plant.elements[0].laws.end(), laws.begin(), laws.end());

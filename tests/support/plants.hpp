@@ -57,6 +57,24 @@ inline const std::string chain_text = R"({
               {"name": "foot_speed", "kind": "velocity", "between": ["base", "low"], "unit": "m/s"},
               {"name": "top_acc", "kind": "acceleration", "of": "top", "unit": "m/s^2"}]})";
 
+/// Two storeys on a shaking table. One accelerometer stands on a beam between them; what two storeys differ by has
+/// nothing of the table's acceleration in it.
+inline const std::string shaken_text = R"({
+  "name": "shaken",
+  "masses": [{"name": "first", "mass_kg": 5}, {"name": "second", "mass_kg": 3}],
+  "points": [{"name": "beam", "weights": {"first": 0.4, "second": 0.6}}],
+  "inputs": [{"name": "table", "kind": "acceleration", "unit": "m/s^2", "hold_hz": 1000}],
+  "elements": [
+    {"name": "columns", "between": ["ground", "first"], "laws": [
+      {"law": "polynomial_spring", "coefficients": [9000, 0, 2e6]}, {"law": "viscous_damper", "damping_ns_per_m": 6}]},
+    {"name": "upper", "between": ["first", "second"], "laws": [{"law": "linear_spring", "stiffness_n_per_m": 7000},
+                                                               {"law": "viscous_damper", "damping_ns_per_m": 4}]}],
+  "sensors": [{"name": "drift", "kind": "displacement", "of": "first", "unit": "m"},
+              {"name": "roof", "kind": "acceleration", "of": "second", "unit": "m/s^2"},
+              {"name": "beam_acc", "kind": "acceleration", "of": "beam", "unit": "m/s^2"},
+              {"name": "relative", "kind": "acceleration", "between": ["first", "second"], "unit": "m/s^2"},
+              {"name": "shear", "kind": "force", "element": "columns", "unit": "N"}]})";
+
 /// A car in seven degrees of freedom: heave, pitch and roll of the body (the latter two as moments of inertia, with
 /// weights in metres), whose corners are rigid points, on four wheels over four roads. Twelve outputs.
 inline Plant full_car() {
