@@ -76,6 +76,9 @@ EffectCandidate with_law(const Plant& plant, std::size_t element, const std::str
   added.kind = find_law(law);
   if (!added.kind) throw std::invalid_argument("with_law: unknown law " + law);
   added.values = std::move(values);
+  if (!added.kind->parameters.front().is_list)
+    for (std::size_t i = added.values.size(); i < added.kind->parameters.size(); ++i)
+      added.values.push_back(added.kind->parameters[i].fallback);
   place.laws.push_back(added);
   int occurrence = 0;
   for (const Law& other : place.laws) occurrence += other.kind == added.kind;

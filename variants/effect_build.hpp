@@ -37,7 +37,8 @@ struct LawPlace {
 /// would be a moment.
 std::vector<LawPlace> law_places(const Plant& plant, const Operation& operation);
 
-/// Adds a law to an element. `values` in the order of the law's parameters; `moved` by their names there.
+/// Adds a law to an element. `values` in the order of the law's parameters, of which the last ones may be left to their
+/// fallbacks; `moved` by their names there.
 EffectCandidate with_law(const Plant& plant, std::size_t element, const std::string& effect, const std::string& form,
                          const std::string& law, std::vector<double> values,
                          const std::vector<std::pair<std::string, double>>& moved);

@@ -220,12 +220,12 @@ std::unique_ptr<Investigation> investigate(const Setting& setting, Base base, co
   // plant as delivered it does.
   const PlantFit* home = &found->base.delivered.fit;
   const bool bent = stopped(retuned.fit, static_cast<Index>(tolerances.size()));
-  const auto add = [&](const PlantFit* around) {
-    if (little() && add_less_expected(search, setting.floor.colour, around, found->singles))
-      judge(setting, changes, *found);
-  };
-  add(bent ? home : nullptr);
-  if (!bent && farthest(retuned.fit, tolerances.size()) > options.thresholds.out_of_tolerance) add(home);
+  if (little() && add_less_expected(search, setting.floor.colour, bent ? home : nullptr, found->singles))
+    judge(setting, changes, *found);
+  if (!bent && farthest(retuned.fit, tolerances.size()) > options.thresholds.out_of_tolerance &&
+      (little() ? add_less_expected(search, setting.floor.colour, home, found->singles)
+                : add_best_expected(search, setting.floor.colour, *home, found->singles)))
+    judge(setting, changes, *found);
   // Forms of an answer that explains little may all be too coarse, and the finer form of another one be what is
   // missing.
   std::vector<std::string> finer = found->verdict.named;

@@ -7,6 +7,7 @@
 
 #include "core/base/files.hpp"
 #include "core/data/spikes.hpp"
+#include "core/greybox/pieces.hpp"
 #include "core/greybox/plant_fit.hpp"
 #include "experiments/diagnose/answer.hpp"
 #include "experiments/diagnose/json.hpp"
@@ -114,10 +115,21 @@ int run_diagnose(const DiagnoseRequest& request) {
   require_held_out(set, request.records);
   plant = with_drive_rate(std::move(plant), set);
   require_hold_rate(plant, set, request.records);
-  const Json origin = {{"provenance", provenance(set)}};
+  Json origin = {{"provenance", provenance(set)}};
   const auto step = [&](const std::string& what) {
     if (!request.quiet) std::fprintf(stderr, "diagnose: %s\n", what.c_str());
   };
+  const Index piece = piece_samples(plant, set);
+  const std::string pieces =
+      piece > 0 ? fmt::format("compared in pieces of about {:.3g} s, each from its own initial state: nothing holds "
+                              "some mass of the plant, so that over a whole record every error would add up",
+                              static_cast<double>(piece) / set.sampling_hz)
+                : "";
+  if (piece > 0) {
+    step(pieces);
+    origin["pieces"] = pieces;
+    set = in_pieces(std::move(set), piece);
+  }
   const Diagnosis diagnosis =
       at_records(set, request.records, [&] { return diagnose_records(plant, set, effect_candidates, step); });
   if (diagnosis.status != Status::ok) {
@@ -154,6 +166,7 @@ int run_diagnose(const DiagnoseRequest& request) {
     more["placebo"] = placebo_json(again);
     write_diagnosis(plant, diagnosis, &examination, request.out, more);
   }
+  if (piece > 0) fmt::print("{}\n", pieces);
   print(diagnosis, request.placebo > 0 ? &again : nullptr);
   print_ceiling(diagnosis, examination.ceiling);
   print_examination(examination);

@@ -95,7 +95,7 @@ TEST_CASE("a wheel that is heavier than its file says is named beside friction, 
   const Json d = diagnosis(folder, out);
   CHECK(d.at("which").at("named") == Json({"coulomb_friction@suspension", "mass_error@wheel"}));
   CHECK(d.at("which").at("outcome") == "several");
-  CHECK(d.at("decided_by").at("row") == "3e");
+  CHECK(d.at("decided_by").at("row") == "3f");
   const Plant corrected = load_plant(folder / "d.plant.json");
   CHECK(corrected.masses[1].mass_kg == Approx(truth.masses[1].mass_kg).epsilon(0.02));
   CHECK(d.at("how_far").at("with_effect").at("misfit").get<double>() < 1.1);

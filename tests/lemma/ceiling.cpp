@@ -87,7 +87,7 @@ TEST_CASE("where a law with memory is missing, or the drive is late, a static ma
   const Plant nominal = plant_from(quarter_car_text);
   Plant late = nominal;
   set_parameter(late, "actuator:road.delay_s", 0.012);
-  const Plant hysteretic = with(nominal, "bouc_wen", {60, 0.0006, 1, 0.5, 0});
+  const Plant hysteretic = with(nominal, "bouc_wen", {60, 0.0006, 1, 0.5, 0, 0, 0.05});
   for (const auto& [truth, place] : {std::pair{hysteretic, "suspension"}, {late, "tyre"}}) {
     CAPTURE(place);
     const Rig rig(nominal, truth);

@@ -191,7 +191,7 @@ TEST_CASE("stored energy grows by the power of the inputs less the heat with eve
     Motion motion(plant);
     Random random(3, Stream::parameters);
     const Index n = plant.mass_count(), m = plant.input_count(), s = motion.memories();
-    REQUIRE(s == 6 * static_cast<Index>(plant.elements.size()));
+    REQUIRE(s == 7 * static_cast<Index>(plant.elements.size()));
     int lifted = 0;
     for (int trial = 0; trial < 20; ++trial) {
       const Vector q = 0.01 * random.normal(n, 1), v = 0.5 * random.normal(n, 1), u = 0.005 * random.normal(m, 1),

@@ -17,6 +17,9 @@ inline Law law_from(const std::string& text) { return parse_law(JsonCursor::from
 
 inline const std::string friction_text = R"({"law": "coulomb_friction", "force_n": 30, "stribeck_force_n": 12,
                                       "stribeck_velocity_m_per_s": 0.04, "velocity_m_per_s": 0.004})";
+inline const std::string stribeck_text =
+    R"({"law": "bouc_wen", "force_n": 60, "yield_travel_m": 0.0008, "stribeck_ratio": 0.4,
+        "stribeck_velocity_m_per_s": 0.2})";
 inline const std::string hysteresis_text =
     R"({"law": "bouc_wen", "force_n": 80, "yield_travel_m": 0.001, "exponent": 1.5, "beta": 0.7})";
 inline const std::string maxwell_text =
@@ -27,7 +30,7 @@ inline std::vector<std::vector<Law>> groups() {
   const auto damper = law_from(R"({"law": "viscous_damper", "damping_ns_per_m": 1500})");
   std::vector<std::vector<Law>> list;
   for (const std::string& text :
-       {friction_text, hysteresis_text, maxwell_text,
+       {friction_text, hysteresis_text, stribeck_text, maxwell_text,
         std::string(R"({"law": "power_law_damper", "damping_ns_per_m": 1500, "knee_velocity_m_per_s": 0.2})"),
         std::string(R"({"law": "bump_stop", "compression_gap_m": 0.01, "extension_gap_m": 0.02,
                         "stiffness_n_per_m": 100000, "exponent": 2.5})")})

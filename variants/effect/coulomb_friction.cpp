@@ -1,6 +1,13 @@
 #include "variants/effect/effects.hpp"
 
 namespace wheelhop {
+namespace {
+
+// Metal slides after 10 to 100 micrometres (B. Armstrong-Helouvry et al. 1994, Automatica 30(7)), a seal after up to a
+// millimetre.
+constexpr double kLeastPresliding = 2e-5, kMostPresliding = 1e-3;
+
+}  // namespace
 
 // A strut slides with 20 to 100 N, with side load 150 N; on another bench, with a share of the forces at work there. A
 // mass slides on its guide with a share of the force that accelerates it.
@@ -10,6 +17,7 @@ std::shared_ptr<const Effect> make_coulomb_friction(const EffectOptions&) {
         for (const LawPlace& place : law_places(plant, operation)) {
           const ElementOperation& own = place.operation;
           const double force = 0.1 * own.force_rms_n, speed = 0.03 * own.rate_rms_m_per_s;
+          const double slow = 0.2 * own.rate_rms_m_per_s;  // where a Stribeck decay begins to be seen
           if (!(force > 0 && speed > 0)) continue;
           list.push_back(with_law(plant, place, "coulomb_friction", "smoothed sign", "coulomb_friction",
                                   {force, 0, 10 * speed, speed},
@@ -29,10 +37,29 @@ std::shared_ptr<const Effect> make_coulomb_friction(const EffectOptions&) {
           list.push_back(with_law(plant, place, "coulomb_friction", "presliding", "bouc_wen", {force, yield, 1, 0.5, 0},
                                   {{"force_n", third(force)}, {"yield_travel_m", third(yield)}}));
           followed_by_steps(list.back(), own);
-          plausibly(list.back(), "yield_travel_m", 2e-5, 3e-4);
-          if (place.guide()) continue;
-          typically(list.back(), "force_n", 40);
-          typically(list.back(), "yield_travel_m", 1e-4);
+          plausibly(list.back(), "yield_travel_m", kLeastPresliding, kMostPresliding);
+          if (!place.guide()) {
+            typically(list.back(), "force_n", 40);
+            typically(list.back(), "yield_travel_m", 1e-4);
+          }
+          // What takes more to break away than to slide on.
+          list.push_back(with_law(plant, place, "coulomb_friction", "Stribeck", "coulomb_friction",
+                                  {force, 0.3 * force, slow, speed},
+                                  {{"force_n", third(force)},
+                                   {"velocity_m_per_s", third(speed)},
+                                   {"stribeck_force_n", third(0.3 * force)},
+                                   {"stribeck_velocity_m_per_s", third(slow)}}));
+          plausibly(list.back(), "velocity_m_per_s", 1e-3 * own.rate_rms_m_per_s, slow);
+          list.back().refines = "smoothed sign";
+          list.push_back(with_law(plant, place, "coulomb_friction", "presliding, Stribeck", "bouc_wen",
+                                  {force, yield, 1, 0.5, 0, 0.3, slow},
+                                  {{"force_n", third(force)},
+                                   {"yield_travel_m", third(yield)},
+                                   {"stribeck_ratio", 0.1},
+                                   {"stribeck_velocity_m_per_s", third(slow)}}));
+          followed_by_steps(list.back(), own);
+          plausibly(list.back(), "yield_travel_m", kLeastPresliding, kMostPresliding);
+          list.back().refines = "presliding";
         }
       });
 }

@@ -217,10 +217,12 @@ std::string odd_size(const Case& c, const EffectEvidence& effect) {
 Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
   const Evidence& e = c.evidence;
   const Thresholds& t = c.thresholds;
-  // Of a gap that is not told from a floor which is too low, the priors of bent parameters alone are to be explained.
-  const double at_floor = gap_left(e) <= negligible(e, t) ? (1 + negligible(e, t)) * e.samples : e.samples;
-  const double remains = answer.candidate->chi2 - at_floor;
-  const double explained = (e.retuned_chi2 - answer.candidate->chi2) / std::max(e.retuned_chi2 - at_floor, 1.0);
+  const bool small = gap_left(e) <= negligible(e, t);
+  const double remains = answer.candidate->chi2 - (small ? (1 + negligible(e, t)) * e.samples : e.samples);
+  double explained = (e.retuned_chi2 - answer.candidate->chi2) / std::max(e.retuned_chi2 - e.samples, 1.0);
+  // Of a gap that is not told from a floor which is too low, it may be the bent parameters that are explained.
+  if (const double unbent = e.retuned_prior_chi2 - answer.candidate->prior_chi2; small && unbent > t.notice)
+    explained = std::max(explained, unbent / e.retuned_prior_chi2);
   const double held = t.held - t.held_slope * std::max(t.held - explained, 0.0);
   for (Suspect& suspect : verdict.suspects) suspect.probability *= std::max(held, 0.0);
   const EffectEvidence& last = answer.candidate->last();
@@ -235,8 +237,16 @@ Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
   const bool unexplained =
       explained < t.explains || (reached && explained < t.explains_well && answer.candidate->closure.high < too_little);
   if (!unexplained && !misplaced && odd.empty()) {
-    verdict.row = "3d";
+    verdict.row = "3e";
     verdict.why = answer.pair ? "the most probable effect, and a second one beside it" : "the most probable effect";
+    return verdict;
+  }
+  if (small) {
+    verdict.answer = NoGap{};
+    verdict.named.clear();
+    verdict.ambiguous_with.clear();
+    verdict.row = "3b";
+    verdict.why = "what the most probable effect explains is not told from the floor's own error";
     return verdict;
   }
   const std::vector<LocationProbability> by_effects = verdict.locations;
@@ -244,10 +254,10 @@ Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
   const Index lattice = answer.singles->front().effect == "quantisation" ? rounding_seen(e, t) : -1;
   if (lattice >= 0) {
     verdict = decide_rounding(e, t, static_cast<std::size_t>(lattice), std::move(verdict));
-    verdict.row = "3b";
+    verdict.row = "3c";
   } else {
     verdict = decide_place(e, t, std::move(verdict));
-    verdict.row = "3c, " + verdict.row;
+    verdict.row = "3d, " + verdict.row;
   }
   if (misplaced)
     for (Suspect& suspect : verdict.suspects) suspect.probability *= 1 - t.held;
@@ -317,7 +327,7 @@ Verdict decide_effects(const Case& c, const std::vector<RankedCandidate>& ranked
   calibrate(c, verdict);
   add_parameter_beside(c, verdict);
   if (std::get<Effects>(verdict.answer).parameter) {
-    verdict.row = "3e";
+    verdict.row = "3f";
     verdict.why = "the most probable effect, and a wrong parameter beside it";
   }
   return verdict;

@@ -19,11 +19,12 @@
 /// | 3   | an effect is the most probable; a second one is named beside it if the pair removes|                |
 /// |     | `second` of what the first leaves and either alone is not enough; then             |                |
 /// | 3a  |   a defining size is odd, but the effect explains the gap (`explains_well`)        | AtPlace, there |
-/// | 3b  |   it explains too little, its place is wrong, or its size odd; and it is           |                |
-/// |     |   quantisation, and a converter's rounding is seen                                 | Rounding       |
-/// | 3c  |   likewise, otherwise                                                              | row 4          |
-/// | 3d  |   otherwise                                                                        | Effects        |
-/// | 3e  |   likewise, and one parameter is wrong beside it (P > `stands_out`), with which    | Effects and a  |
+/// | 3b  |   it explains too little, its place is wrong, or its size odd; and                 |                |
+/// |     |   gap left <= `too_small`                                                          | NoGap          |
+/// | 3c  |   likewise, it is quantisation, and a converter's rounding is seen                 | Rounding       |
+/// | 3d  |   likewise, otherwise                                                              | row 4          |
+/// | 3e  |   otherwise                                                                        | Effects        |
+/// | 3f  |   likewise, and one parameter is wrong beside it (P > `stands_out`), with which    | Effects and a  |
 /// |     |   free all others lie within `not_home`                                            | parameter      |
 /// | 4   | something unknown, at the place where an unknown signal explains most, and         |                |
 /// | 4a  |   one channel alone: no place is told                                              | Insufficient   |

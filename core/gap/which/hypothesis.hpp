@@ -79,11 +79,12 @@ Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<Fi
 /// The plant of a hypothesis, from its solution on, with other priors. Not linearised.
 Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitParameter> parameters);
 
-/// Some of the effects of a hypothesis, fitted from the values and the initial states that it has with all of them. A
-/// fit without an effect that did nothing is thus as good as the one with it.
+/// Some of the effects of a hypothesis, fitted from the values and the initial states that it has with all of them, the
+/// plant as it is there and as it was delivered. A fit without an effect that did nothing is thus as good as the one
+/// with it.
 /// @param none without effects   @param all with n effects, `none` its base   @param members bit i: effect i is in
 /// @return `fit.error` empty where a plant without the others is offered an effect no more, or a simulation failed. Not
-/// linearised. Cost: a thorough fit.
+/// linearised. Cost: two thorough fits.
 Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothesis& all, std::size_t members);
 
 /// True if two hypotheses differ by the name of their last effect alone: friction with presliding and hysteresis are

@@ -24,6 +24,7 @@ struct SearchEffort {
   double large_gap = 1;       ///< beside a corrected instrument, from which a gap without a name is worth those others
   double beyond_noise = 2;    ///< misfit of the best fit, from which all is fitted once more with residuals expected
                               ///< of that size
+  Index fits_at_home = 3;     ///< quick fits of those that are expected most of around the plant as delivered
   Index finished = 4;         ///< of these, the best that are fitted on to the end
   double freeing_z = 2;       ///< z of a parameter from which parameters are fitted without their tolerances
   double freed_z = 1;         ///< and of those that then are
@@ -48,6 +49,7 @@ struct SearchEffort {
     visit("leaves_much", leaves_much);
     visit("large_gap", large_gap);
     visit("beyond_noise", beyond_noise);
+    visit("fits_at_home", fits_at_home);
     visit("finished", finished);
     visit("freeing_z", freeing_z);
     visit("freed_z", freed_z);
@@ -107,6 +109,10 @@ Candidates find_singles(const Search& search, double colour, Changes& changes);
 /// @param around the plant of the screen; null: the re-tuned one
 /// @param singles gets them, in their order   @return false if there was none, or nothing was added
 bool add_less_expected(const Search& search, double colour, const PlantFit* around, Candidates& singles);
+
+/// Fits those few that the screen around another plant expects most of.
+/// @param singles, return as above
+bool add_best_expected(const Search& search, double colour, const PlantFit& around, Candidates& singles);
 
 /// Fits the finer forms of effects of given names, "effect@location".
 /// @param singles in which they take the places of the coarser ones   @return true if one did

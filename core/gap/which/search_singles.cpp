@@ -84,15 +84,11 @@ Candidates find_singles(const Search& search, double colour, Changes& changes) {
   return singles;
 }
 
-bool add_less_expected(const Search& search, double colour, const PlantFit* around, Candidates& singles) {
-  if (singles.fits.empty()) return false;
-  std::vector<Hypothesis> more = extend(search.study, search.retuned,
-                                        {.shortlist = search.effort.fits,
-                                         .forms = 1,
-                                         .worth = 0,
-                                         .least = least_expected(search, colour),
-                                         .around = around,
-                                         .tried = &singles.fits});
+namespace {
+
+/// Fits more singles, and finishes the best of all. @return false if nothing was added
+bool add_singles(const Search& search, const ExtendOptions& options, Candidates& singles) {
+  std::vector<Hypothesis> more = extend(search.study, search.retuned, options);
   if (more.empty()) return false;
   std::move(more.begin(), more.end(), std::back_inserter(singles.fits));
   std::stable_sort(singles.fits.begin(), singles.fits.end(),
@@ -101,6 +97,30 @@ bool add_less_expected(const Search& search, double colour, const PlantFit* arou
   singles.evidence.clear();
   for (const Hypothesis& single : singles.fits) singles.evidence.push_back(evidence_of(search, single));
   return true;
+}
+
+}  // namespace
+
+bool add_less_expected(const Search& search, double colour, const PlantFit* around, Candidates& singles) {
+  return !singles.fits.empty() && add_singles(search,
+                                              {.shortlist = search.effort.fits,
+                                               .forms = 1,
+                                               .worth = 0,
+                                               .least = least_expected(search, colour),
+                                               .around = around,
+                                               .tried = &singles.fits},
+                                              singles);
+}
+
+bool add_best_expected(const Search& search, double colour, const PlantFit& around, Candidates& singles) {
+  return add_singles(search,
+                     {.shortlist = search.effort.fits_at_home,
+                      .forms = 1,
+                      .worth = search.thresholds.second,
+                      .least = least_expected(search, colour),
+                      .around = &around,
+                      .tried = &singles.fits},
+                     singles);
 }
 
 bool refine_singles(const Search& search, const std::vector<std::string>& names, Candidates& singles) {
