@@ -10,12 +10,14 @@ namespace {
 constexpr double kOfForcesThere = 0.1;  // of the forces that move a mass, where a fit starts: a judgement
 constexpr double kNoReading = 1e-9;     // of the terms of a reading, below which their sum is round-off
 
-/// Readings that a constant force on a mass shifts in the linear plant. All, where it has no equilibrium.
+/// Readings that a constant force on a mass shifts in the linear plant, as a bias would. Where it has no equilibrium the
+/// force moves it for good, which no bias does: more than one.
 Index shifted_readings(const Plant& plant, const std::string& mass) {
   const LinearPlant linear = linearise(plant_with_force(plant, {"ground", mass}));
   if (linear.A.size() == 0) return plant.sensor_count();
   const Vector b = linear.B.rightCols(1), x = -linear.A.partialPivLu().solve(b);
-  if (!x.allFinite()) return plant.sensor_count();
+  if (!x.allFinite() || !(linear.A * x + b).isZero(kNoReading * b.cwiseAbs().maxCoeff()))
+    return std::max<Index>(plant.sensor_count(), 2);
   const Vector direct = linear.D.rightCols(1), terms = linear.C.cwiseAbs() * x.cwiseAbs() + direct.cwiseAbs();
   return ((linear.C * x + direct).cwiseAbs().array() > kNoReading * terms.array()).count();
 }

@@ -447,6 +447,12 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
     if (name == options.without || tried(candidates[screened.candidate]) || ++forms[name] > options.forms) continue;
     shortlist.push_back(screened);
   }
+  return fit_shortlist(study, base, candidates, shortlist);
+}
+
+std::vector<Hypothesis> fit_shortlist(const Study& study, const Hypothesis& base,
+                                      const std::vector<EffectCandidate>& candidates,
+                                      const std::vector<Screened>& shortlist) {
   std::vector<Hypothesis> fits(shortlist.size());
   std::vector<char> done(shortlist.size(), 0);
   tbb::parallel_for(std::size_t{0}, shortlist.size(), [&](std::size_t i) {

@@ -113,6 +113,12 @@ struct ExtendOptions {
 std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
                                const Changes& known = {}, Changes* found = nullptr);
 
+/// A quick fit of each candidate of a shortlist, and once more under its other names.
+/// @param candidates that the shortlist counts   @return as `extend`
+std::vector<Hypothesis> fit_shortlist(const Study& study, const Hypothesis& base,
+                                      const std::vector<EffectCandidate>& candidates,
+                                      const std::vector<Screened>& shortlist);
+
 /// Fits the forms that refine those of a list, of given names. One takes the place of the form that it refines where it
 /// removes more than a share of what that one leaves.
 /// @param base of all in the list   @param names "effect@location"   @param list in any order, on return by chi2

@@ -24,6 +24,11 @@ struct SearchEffort {
   double large_gap = 1;       ///< beside a corrected instrument, from which a gap without a name is worth those others
   double beyond_noise = 2;    ///< misfit of the best fit, from which all is fitted once more with residuals expected
                               ///< of that size
+  Index places_by_force = 4;  ///< places at which the unknown force is asked what law it is
+  Index sized_by_force = 6;   ///< laws whose sizes are fitted to it
+  Index fits_by_force = 3;    ///< quick fits of the whole plant with those that make most of it
+  double made_by_law = 0.5;   ///< share of it that a law makes, from which it is fitted
+  double made_whole = 0.9;    ///< and from which no other place is asked
   Index fits_at_home = 3;     ///< quick fits of those that are expected most of around the plant as delivered
   Index finished = 4;         ///< of these, the best that are fitted on to the end
   double freeing_z = 2;       ///< z of a parameter from which parameters are fitted without their tolerances
@@ -49,6 +54,11 @@ struct SearchEffort {
     visit("leaves_much", leaves_much);
     visit("large_gap", large_gap);
     visit("beyond_noise", beyond_noise);
+    visit("places_by_force", places_by_force);
+    visit("sized_by_force", sized_by_force);
+    visit("fits_by_force", fits_by_force);
+    visit("made_by_law", made_by_law);
+    visit("made_whole", made_whole);
     visit("fits_at_home", fits_at_home);
     visit("finished", finished);
     visit("freeing_z", freeing_z);
@@ -109,6 +119,11 @@ Candidates find_singles(const Search& search, double colour, Changes& changes);
 /// @param around the plant of the screen; null: the re-tuned one
 /// @param singles gets them, in their order   @return false if there was none, or nothing was added
 bool add_less_expected(const Search& search, double colour, const PlantFit* around, Candidates& singles);
+
+/// Fits the laws that make most of the unknown force at the best places, see force_screen.hpp.
+/// @param places ascending by leftover; none (where one channel alone was measured): all elements
+/// @param singles, return as above
+bool add_by_force(const Search& search, const std::vector<PlaceLeftover>& places, Candidates& singles);
 
 /// Fits those few that the screen around another plant expects most of.
 /// @param singles, return as above

@@ -6,6 +6,8 @@
 #include <iterator>
 
 #include "core/gap/verdict/posterior.hpp"
+#include "core/gap/where/probe.hpp"
+#include "core/gap/which/force_screen.hpp"
 #include "core/gap/which/search.hpp"
 
 namespace wheelhop {
@@ -86,9 +88,8 @@ Candidates find_singles(const Search& search, double colour, Changes& changes) {
 
 namespace {
 
-/// Fits more singles, and finishes the best of all. @return false if nothing was added
-bool add_singles(const Search& search, const ExtendOptions& options, Candidates& singles) {
-  std::vector<Hypothesis> more = extend(search.study, search.retuned, options);
+/// Adds fits to singles, and finishes the best of all. @return false if nothing was added
+bool add_singles(const Search& search, std::vector<Hypothesis> more, Candidates& singles) {
   if (more.empty()) return false;
   std::move(more.begin(), more.end(), std::back_inserter(singles.fits));
   std::stable_sort(singles.fits.begin(), singles.fits.end(),
@@ -103,24 +104,58 @@ bool add_singles(const Search& search, const ExtendOptions& options, Candidates&
 
 bool add_less_expected(const Search& search, double colour, const PlantFit* around, Candidates& singles) {
   return !singles.fits.empty() && add_singles(search,
-                                              {.shortlist = search.effort.fits,
-                                               .forms = 1,
-                                               .worth = 0,
-                                               .least = least_expected(search, colour),
-                                               .around = around,
-                                               .tried = &singles.fits},
+                                              extend(search.study, search.retuned,
+                                                     {.shortlist = search.effort.fits,
+                                                      .forms = 1,
+                                                      .worth = 0,
+                                                      .least = least_expected(search, colour),
+                                                      .around = around,
+                                                      .tried = &singles.fits}),
                                               singles);
 }
 
 bool add_best_expected(const Search& search, double colour, const PlantFit& around, Candidates& singles) {
   return add_singles(search,
-                     {.shortlist = search.effort.fits_at_home,
-                      .forms = 1,
-                      .worth = search.thresholds.second,
-                      .least = least_expected(search, colour),
-                      .around = &around,
-                      .tried = &singles.fits},
+                     extend(search.study, search.retuned,
+                            {.shortlist = search.effort.fits_at_home,
+                             .forms = 1,
+                             .worth = search.thresholds.second,
+                             .least = least_expected(search, colour),
+                             .around = &around,
+                             .tried = &singles.fits}),
                      singles);
+}
+
+bool add_by_force(const Search& search, const std::vector<PlaceLeftover>& places, Candidates& singles) {
+  const PlantFit& home = search.delivered.fit;
+  const auto most = static_cast<std::size_t>(search.effort.places_by_force);
+  std::vector<std::string> asked;
+  ForcePlace place;
+  for (const PlaceLeftover& own : places) {
+    if (asked.size() == most) break;
+    // Of names that enter alike an element, which has laws of its own, before a guide.
+    std::vector<std::string> entries = entries_of(own);
+    std::erase_if(entries, [&](const std::string& entry) {
+      return is_path(place_from(entry)) || !force_place_of(home.plant, entry, place);
+    });
+    const auto element = std::find_if(entries.begin(), entries.end(), [&](const std::string& entry) {
+      return place_from(entry).kind == PlaceKind::part;
+    });
+    if (!entries.empty()) asked.push_back(element != entries.end() ? *element : entries.front());
+  }
+  if (places.empty())
+    for (const Element& element : home.plant.elements) asked.push_back(location_of(element));
+  std::vector<Hypothesis> more;
+  for (const std::string& location : asked) {
+    const ForceScreened found =
+        screen_by_force(search.study, home, search.retuned.fit, location,
+                        {static_cast<std::size_t>(search.effort.sized_by_force), search.effort.made_by_law,
+                         static_cast<std::size_t>(search.effort.fits_by_force)});
+    std::vector<Hypothesis> fits = fit_shortlist(search.study, search.retuned, found.candidates, found.screened);
+    std::move(fits.begin(), fits.end(), std::back_inserter(more));
+    if (!found.screened.empty() && found.screened.front().gain > search.effort.made_whole) break;
+  }
+  return add_singles(search, std::move(more), singles);
 }
 
 bool refine_singles(const Search& search, const std::vector<std::string>& names, Candidates& singles) {
