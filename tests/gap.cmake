@@ -10,6 +10,8 @@ wheelhop_tests(gap wheelhop_gap wheelhop_variants
   lemma/plant_fit.cpp
   lemma/hypothesis.cpp
   lemma/closure.cpp
+  lemma/pieces.cpp
+  lemma/force_screen.cpp
   lemma/ceiling.cpp
   conformance/effects.cpp
   lemma/locate.cpp

@@ -11,6 +11,10 @@ namespace {
 // the equation stiffer than kSubsteps follow.
 constexpr double kRelaxing = 2 * static_cast<double>(kSubsteps);
 
+// Stiffness of a suspension over that of its tyre, at most: a judgement; 1/12 to 1/5 in cars, 0.36 on a rig of plates,
+// and about 1 between the storeys of a frame.
+constexpr double kCarried = 0.5;
+
 class FunctionEffect final : public Effect {
  public:
   FunctionEffect(std::string name,
@@ -117,10 +121,25 @@ bool at_drive(const Plant& plant, const Element& element) {
   return (driven(element.from) && moves(element.to)) || (driven(element.to) && moves(element.from));
 }
 
-bool at_drive(const Plant& plant, const LawPlace& place) {
-  if (!place.guide()) return at_drive(plant, plant.elements[place.element]);
+bool is_tyre(const Plant& plant, const Element& element) {
+  if (!at_drive(plant, element)) return false;
+  const auto is_input = [&](const std::string& node) {
+    return std::any_of(plant.inputs.begin(), plant.inputs.end(),
+                       [&](const PlantInput& input) { return input.name == node; });
+  };
+  const std::string& wheel = is_input(element.from) ? element.to : element.from;
+  const double stiffness = stiffness_at_rest(element);
+  return std::any_of(plant.elements.begin(), plant.elements.end(), [&](const Element& other) {
+    if (other.from != wheel && other.to != wheel) return false;
+    const std::string& beyond = other.from == wheel ? other.to : other.from;
+    return beyond != "ground" && !is_input(beyond) && stiffness_at_rest(other) < kCarried * stiffness;
+  });
+}
+
+bool at_tyre(const Plant& plant, const LawPlace& place) {
+  if (!place.guide()) return is_tyre(plant, plant.elements[place.element]);
   return std::any_of(plant.elements.begin(), plant.elements.end(), [&](const Element& element) {
-    return (element.from == place.mass || element.to == place.mass) && at_drive(plant, element);
+    return (element.from == place.mass || element.to == place.mass) && is_tyre(plant, element);
   });
 }
 

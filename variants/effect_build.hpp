@@ -54,9 +54,11 @@ EffectCandidate with_path(const Plant& plant, const std::string& effect, const s
 /// True if one node of the element is a displacement input and the other one moves: a tyre, a base mount; but not a
 /// damper on a dynamometer.
 bool at_drive(const Plant& plant, const Element& element);
-/// True of such an element, and of the guide of a mass at the end of one: a wheel on its tyre. Damping there goes by
-/// the name of the tyre's.
-bool at_drive(const Plant& plant, const LawPlace& place);
+/// True of such an element that carries what a tyre does: its mass hangs on another mass or rigid point by an element
+/// less than half as stiff. A mount between a shaking table and a crate is none, and a storey above it neither.
+bool is_tyre(const Plant& plant, const Element& element);
+/// True of a tyre, and of the guide of a mass at the end of one. Damping there goes by the name of the tyre's.
+bool at_tyre(const Plant& plant, const LawPlace& place);
 /// Sum of the element's viscous damping [Ns/m] as delivered; 0 for none, and for a guide, where only an effect puts
 /// any.
 double viscous_damping(const Element& element);

@@ -220,7 +220,12 @@ std::unique_ptr<Investigation> investigate(const Setting& setting, Base base, co
   // plant as delivered it does.
   const PlantFit* home = &found->base.delivered.fit;
   const bool bent = stopped(retuned.fit, static_cast<Index>(tolerances.size()));
-  if (little() && add_by_force(search, evidence.places, found->singles)) judge(setting, changes, *found);
+  const auto far_from_noise = [&] {
+    const auto* effects = std::get_if<Effects>(&found->verdict.answer);
+    return effects && candidate_of(evidence, *effects).misfit > options.effort.beyond_noise;
+  };
+  if ((little() || far_from_noise()) && add_by_force(search, evidence.places, found->singles))
+    judge(setting, changes, *found);
   if (little() && add_less_expected(search, setting.floor.colour, bent ? home : nullptr, found->singles))
     judge(setting, changes, *found);
   if (!bent && farthest(retuned.fit, tolerances.size()) > options.thresholds.out_of_tolerance &&

@@ -210,7 +210,8 @@ void Tangent::set_inputs(const Motion& motion, Index k, bool sampled, double hol
         continue;
       }
       if (input.accelerates_ground) {
-        for (Size mass = 0; mass < masses_; ++mass) applied_.add(mass, c, -motion.carried_[mass] * motion.mass_[mass] * change);
+        for (Size mass = 0; mass < masses_; ++mass)
+          applied_.add(mass, c, -motion.carried_[mass] * motion.mass_[mass] * change);
         continue;
       }
       for (const Motion::Weight& weight : motion.weights(input.from))
@@ -459,8 +460,7 @@ void Tangent::read(const Motion& motion, Index column) {
                           ? change_of_force(sensor.element)
                           : change(sensor.kind, sensor.to) - change(sensor.kind, sensor.from);
       for (Size input = 0; input < motion.inputs_.size(); ++input)
-        if (motion.inputs_[input].accelerates_ground)
-          reading += Lanes(sensor.ground) * inputs_.block(four)[2 * input];
+        if (motion.inputs_[input].accelerates_ground) reading += Lanes(sensor.ground) * inputs_.block(four)[2 * input];
       for (Size lane = 0; lane < Lanes::count && 4 * four + lane < active_; ++lane)
         outputs[4 * four + lane](static_cast<Index>(i), column) = reading[static_cast<int>(lane)];
     }

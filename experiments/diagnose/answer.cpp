@@ -31,6 +31,16 @@ std::string most_retuned_in_words(const Evidence& evidence) {
   return most ? fmt::format(", {} ({:+.1f} tolerances) most", most->parameter, most->theta) : "";
 }
 
+/// " WHAT could also be NAME, NAME or NAME.", or nothing.
+std::string could_also_be(const Verdict& verdict, const std::string& what) {
+  const std::size_t count = verdict.ambiguous_with.size();
+  if (count == 0) return "";
+  std::string text = " " + what + " could also be ";
+  for (std::size_t i = 0; i < count; ++i)
+    text += (i == 0 ? "" : i + 1 == count ? " or " : ", ") + verdict.ambiguous_with[i];
+  return text + ".";
+}
+
 constexpr double kSeen = 0.5;  // upper end of the closure of an effect that the held-out records reach
 
 }  // namespace
@@ -46,9 +56,10 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
                            most_retuned_in_words(evidence) + "; nothing is missing.";
   if (is<Parameters>(verdict) && verdict.named.size() == 1 && is_parameter_error(best().effect))
     return fmt::format(
-        "{} {} at {} explains it (P {:.2f}){}{}.", gap, best().effect, best().location, best().probability,
+        "{} {} at {} explains it (P {:.2f}){}{}.{}", gap, best().effect, best().location, best().probability,
         known(closure) ? " and removes " + percent(closure) + " of it" : "; the validation records do not show it",
-        verdict.message.empty() ? "" : ": " + verdict.message);
+        verdict.message.empty() ? "" : ": " + verdict.message,
+        std::get<Parameters>(verdict.answer).either ? "" : could_also_be(verdict, "It"));
   if (is_place(verdict)) {
     std::string text = gap + (is<Exogenous>(verdict) ? " No state of the plant explains it: a force from outside"
                                                      : " No effect of the catalogue explains it; it");
@@ -108,15 +119,9 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
     text += fmt::format(" {:.1f} x the noise is left, most likely from {}.", std::sqrt(left),
                         follow_up.places_left.front().location);
   if (is<Instruments>(verdict) && !verdict.message.empty()) text += " " + verdict.message + ".";
-  if (!verdict.ambiguous_with.empty()) {
-    // The instruments are corrected, and what is in doubt is what else is missing.
-    const bool one_of_two = verdict.named.size() > evidence.correction.faults.size() + 1;
-    text += " " + (one_of_two ? "One of the two" : verdict.named.back()) + " could also be ";
-    const std::size_t count = verdict.ambiguous_with.size();
-    for (std::size_t i = 0; i < count; ++i)
-      text += (i == 0 ? "" : i + 1 == count ? " or " : ", ") + verdict.ambiguous_with[i];
-    text += ".";
-  }
+  // The instruments are corrected, and what is in doubt is what else is missing.
+  const bool one_of_two = verdict.named.size() > evidence.correction.faults.size() + 1;
+  text += could_also_be(verdict, one_of_two ? "One of the two" : verdict.named.back());
   if (!follow_up.separating.test.empty())
     text += fmt::format(" A record {} would tell the two apart.", follow_up.separating.test);
   return text;

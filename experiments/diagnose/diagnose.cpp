@@ -121,9 +121,10 @@ int run_diagnose(const DiagnoseRequest& request) {
   };
   const Index piece = piece_samples(plant, set);
   const std::string pieces =
-      piece > 0 ? fmt::format("compared in pieces of about {:.3g} s, each from its own initial state: nothing holds "
-                              "some mass of the plant, so that over a whole record every error would add up",
-                              static_cast<double>(piece) / set.sampling_hz)
+      piece > 0 ? fmt::format(
+                      "compared in pieces of about {:.3g} s, each from its own initial state: nothing holds "
+                      "some mass of the plant, so that over a whole record every error would add up",
+                      static_cast<double>(piece) / set.sampling_hz)
                 : "";
   if (piece > 0) {
     step(pieces);

@@ -262,6 +262,24 @@ TEST_CASE("an unknown load is offered on each mass that does not turn, but where
   CHECK(offered(linear) == Places{"guide:body", "guide:wheel"});
 }
 
+TEST_CASE("a mount over a moving base and the columns of a frame are no tyres, what carries a wheel is one") {
+  Random random = numbers(641);
+  for (int trial = 0; trial < 20; ++trial) {
+    const double stiffness = 1000 * std::pow(100, random.uniform());
+    Plant mount = plant_from(one_mass_text);
+    mount.inputs = {{.name = "base", .unit = "m", .hold_hz = 500, .from = {}, .to = {}}};
+    mount.elements[0] = {"mount", "base", "m", {{find_law("linear_spring"), {stiffness}}}};
+    CHECK_FALSE(is_tyre(mount, mount.elements[0]));
+    Plant two = mount;
+    two.masses.push_back({"top", 3});
+    const double share = 0.05 + 1.5 * random.uniform();
+    two.elements.push_back({"above", "m", "top", {{find_law("linear_spring"), {share * stiffness}}}});
+    CAPTURE(share);
+    CHECK(is_tyre(two, two.elements[0]) == (share < 0.5));
+    CHECK_FALSE(is_tyre(two, two.elements[1]));
+  }
+}
+
 TEST_CASE("a damper between two held nodes is a damper, no tyre") {
   const Plant bench = plant_from(R"({
     "name": "dynamometer",

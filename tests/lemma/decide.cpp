@@ -116,6 +116,19 @@ TEST_CASE("each row of the decision table is reached by the evidence that it des
   }
 }
 
+TEST_CASE("where the most probable parameter needs another one, the next that needs none is named") {
+  Evidence evidence = evidence_with_gap(0.05);
+  evidence.retuned_prior_chi2 = 100;
+  evidence.freed = {freed(evidence, 0, 0.01), freed(evidence, 2, 0.0101)};
+  evidence.freed[0].z[2] = 9;
+  Verdict verdict = decide(evidence);
+  CHECK(verdict.row == "2a");
+  CHECK(verdict.named == Names{"stiffness_error@tyre"});
+  evidence.freed[1].z[1] = -9;  // neither is alone
+  verdict = decide(evidence);
+  CHECK_THAT(verdict.row, Catch::StartsWith("2b"));
+}
+
 TEST_CASE("what each row names, and what kind of answer it is") {
   CHECK(is<Insufficient>(verdict_of("0")));
   CHECK(verdict_of("1a").named == Names{"mass_error@body"});

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/plant/linearise.hpp"
 #include "core/plant/dataset.hpp"
+#include "core/plant/linearise.hpp"
 #include "core/plant/simulate.hpp"
 #include "tests/support/law_bench.hpp"
 #include "tests/support/plants.hpp"
@@ -126,7 +126,8 @@ TEST_CASE("the ground turns no mass: in pitch and roll a car's body feels its ac
   Plant car = full_car();
   for (Element& element : car.elements)
     if (element.name.starts_with("tyre_")) element.from = "ground";
-  car.inputs = {{.name = "table", .kind = InputKind::acceleration, .unit = "m/s^2", .hold_hz = 1000, .from = {}, .to = {}}};
+  car.inputs = {
+      {.name = "table", .kind = InputKind::acceleration, .unit = "m/s^2", .hold_hz = 1000, .from = {}, .to = {}}};
   Motion motion(car);
   const double u = 2, u_rate = 0;
   motion.set_inputs(&u, &u_rate);

@@ -15,7 +15,7 @@ std::shared_ptr<const Effect> make_bump_stop(const EffectOptions&) {
           const double stiffness = !guide                 ? stiffness_at_rest(plant.elements[place.element])
                                    : own.travel_rms_m > 0 ? own.force_rms_n / own.travel_rms_m
                                                           : 0;
-          if ((!guide && at_drive(plant, place)) || !(stiffness > 0)) continue;
+          if ((!guide && at_tyre(plant, place)) || !(stiffness > 0)) continue;
           constexpr double none = std::numeric_limits<double>::infinity();
           const auto stop = [&](const std::string& form, double share, double below, double above) {
             std::vector<std::pair<std::string, double>> moved;

@@ -43,14 +43,6 @@ std::shared_ptr<const Effect> make_coulomb_friction(const EffectOptions&) {
             typically(list.back(), "yield_travel_m", 1e-4);
           }
           // What takes more to break away than to slide on.
-          list.push_back(with_law(plant, place, "coulomb_friction", "Stribeck", "coulomb_friction",
-                                  {force, 0.3 * force, slow, speed},
-                                  {{"force_n", third(force)},
-                                   {"velocity_m_per_s", third(speed)},
-                                   {"stribeck_force_n", third(0.3 * force)},
-                                   {"stribeck_velocity_m_per_s", third(slow)}}));
-          plausibly(list.back(), "velocity_m_per_s", 1e-3 * own.rate_rms_m_per_s, slow);
-          list.back().refines = "smoothed sign";
           list.push_back(with_law(plant, place, "coulomb_friction", "presliding, Stribeck", "bouc_wen",
                                   {force, yield, 1, 0.5, 0, 0.3, slow},
                                   {{"force_n", third(force)},
@@ -60,6 +52,7 @@ std::shared_ptr<const Effect> make_coulomb_friction(const EffectOptions&) {
           followed_by_steps(list.back(), own);
           plausibly(list.back(), "yield_travel_m", kLeastPresliding, kMostPresliding);
           list.back().refines = "presliding";
+          list.back().finer_by = 2;
         }
       });
 }

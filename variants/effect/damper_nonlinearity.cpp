@@ -9,7 +9,7 @@ void add_drag(const Plant& plant, const Operation& operation, std::vector<Effect
   for (const LawPlace& place : law_places(plant, operation)) {
     const ElementOperation& own = place.operation;
     const bool known = place.element < plant.elements.size() && has_damper(plant.elements[place.element]);
-    if (!place.guide() || known || at_drive(plant, place)) continue;
+    if (!place.guide() || known || at_tyre(plant, place)) continue;
     if (!(own.force_rms_n > 0 && own.rate_rms_m_per_s > 0)) continue;
     // A tenth of the forces at work at the usual speed, and no linear part but at a third of that.
     const double knee = third(own.rate_rms_m_per_s), damping = 0.1 * own.force_rms_n / own.rate_rms_m_per_s / 4;

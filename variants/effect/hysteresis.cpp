@@ -31,6 +31,7 @@ std::shared_ptr<const Effect> make_hysteresis(const EffectOptions&) {
             list.back().parameters[1].least = 0.1 * own.travel_rms_m;
             plausibly(list.back(), "yield_travel_m", 2e-4, 5e-3);
             list.back().refines = "Bouc-Wen";
+            list.back().finer_by = 1;
           }
         }
       });

@@ -10,8 +10,8 @@ namespace {
 constexpr double kOfForcesThere = 0.1;  // of the forces that move a mass, where a fit starts: a judgement
 constexpr double kNoReading = 1e-9;     // of the terms of a reading, below which their sum is round-off
 
-/// Readings that a constant force on a mass shifts in the linear plant, as a bias would. Where it has no equilibrium the
-/// force moves it for good, which no bias does: more than one.
+/// Readings that a constant force on a mass shifts in the linear plant, as a bias would. Where it has no equilibrium
+/// the force moves it for good, which no bias does: more than one.
 Index shifted_readings(const Plant& plant, const std::string& mass) {
   const LinearPlant linear = linearise(plant_with_force(plant, {"ground", mass}));
   if (linear.A.size() == 0) return plant.sensor_count();

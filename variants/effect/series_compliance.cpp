@@ -9,7 +9,7 @@ std::shared_ptr<const Effect> make_series_compliance(const EffectOptions&) {
       "series_compliance", [](const Plant& plant, const Operation&, std::vector<EffectCandidate>& list) {
         for (std::size_t e = 0; e < plant.elements.size(); ++e) {
           const double stiffness = 0.5 * stiffness_at_rest(plant.elements[e]);
-          if (at_drive(plant, plant.elements[e]) || !(stiffness > 0)) continue;
+          if (is_tyre(plant, plant.elements[e]) || !(stiffness > 0)) continue;
           for (const double relaxation_s : {0.005, 0.05}) {
             list.push_back(
                 with_law(plant, e, "series_compliance", "Maxwell branch", "maxwell_branch", {stiffness, relaxation_s},

@@ -7,7 +7,7 @@ std::shared_ptr<const Effect> make_tyre_damping(const EffectOptions&) {
       "tyre_damping", [](const Plant& plant, const Operation& operation, std::vector<EffectCandidate>& list) {
         for (std::size_t e = 0; e < plant.elements.size(); ++e) {
           const Element& tyre = plant.elements[e];
-          if (!at_drive(plant, tyre)) continue;
+          if (!is_tyre(plant, tyre)) continue;
           list.push_back(
               with_law(plant, e, "tyre_damping", "viscous", "viscous_damper", {100}, {{"damping_ns_per_m", 100}}));
           // Behind a spring, as rubber is: a step of the road meets no infinite force.

@@ -403,13 +403,15 @@ Verdict decide_gap(const Evidence& evidence, const Thresholds& thresholds) {
   }
   if (contest.ranked.front().is_parameter) {
     const RankedCandidate first = contest.ranked.front();
-    if (parameter_explains(evidence, evidence.freed[first.index], thresholds)) {
-      verdict = name_parameter(c, first);
+    for (const RankedCandidate& own : contest.ranked) {
+      if (!own.is_parameter || own.probability < thresholds.considered) break;
+      if (!parameter_explains(evidence, evidence.freed[own.index], thresholds)) continue;
+      verdict = name_parameter(c, own);
       verdict.row = "2a";
       verdict.why = "one parameter outside its tolerance explains the gap";
       verdict.locations = locations_by(c, contest.ranked);
       add_ambiguous(c, contest.ranked, verdict);
-      tell_component(c, evidence.freed[first.index], verdict);
+      tell_component(c, evidence.freed[own.index], verdict);
       return verdict;
     }
     contest = contest_of_closing_effects(evidence, contest, thresholds);

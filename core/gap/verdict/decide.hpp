@@ -13,8 +13,9 @@
 /// | 1b  |   a converter's rounding makes `rounded` of the floor                              | Rounding       |
 /// | 1c  |   gap left <= `too_small`                                                          | NoGap          |
 /// | 1d  |   otherwise                                                                        | row 4          |
-/// | 2   | a parameter is the most probable, and                                              |                |
-/// | 2a  |   with it free the gap closes, all others within `not_home`                        | Parameters     |
+/// | 2   | a parameter is the most probable, and of those at the head of the ranking, down to |                |
+/// |     | `considered`, the first with which                                                 |                |
+/// | 2a  |   free the gap closes, all others within `not_home`                                | Parameters     |
 /// | 2b  |   otherwise, and no effect alone closes the gap                                    | row 4          |
 /// | 3   | an effect is the most probable; a second one is named beside it if the pair removes|                |
 /// |     | `second` of what the first leaves and either alone is not enough; then             |                |

@@ -42,6 +42,7 @@ struct EffectCandidate {
   std::vector<std::pair<std::string, double>> typical = {};
   /// Form with which this one begins: it is fitted from that one's solution where that is an answer, never screened.
   std::string refines = {};
+  std::size_t finer_by = 0;                 ///< parameters that it has beyond that form
   std::vector<OtherName> other_names = {};  ///< fitted once, the form is weighed under each of its names
 };
 

@@ -16,6 +16,7 @@ constexpr Index kPatient = 4;
 // Steps back to the plant as delivered from one that does not follow all records, at most, and what each leaves.
 constexpr int kReturns = 8;
 constexpr double kStepBack = 0.8;
+constexpr double kLeastTold = 1e-3;  // 1 - S_ii of a parameter that its prior alone tells
 constexpr Index kQuickIterations = 8;
 constexpr double kNear = 0.15;  // of the fall of chi2, by which a quick fit may lie behind the best and be fitted on
 
@@ -357,11 +358,38 @@ Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<Fi
   return hypothesis;
 }
 
+namespace {
+
+/// Where the solution of a linearised fit goes to once some priors are gone: one after the other,
+///   theta + S e_i theta_i / (1 - S_ii),
+/// S the covariance with the prior of theta_i. A search along what the records hardly tell would take many steps.
+Vector without_priors(const Hypothesis& base, const std::vector<FitParameter>& parameters) {
+  Vector theta = base.fit.theta;
+  const Matrix& S = base.fit.covariance;
+  if (S.rows() < theta.size()) return theta;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const auto i = static_cast<Index>(k);
+    if (parameters[k].prior_std > 0 || !(base.parameters[k].prior_std > 0)) continue;
+    theta += S.col(i).head(theta.size()) * theta(i) / std::max(1 - S(i, i), kLeastTold);
+  }
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    if (parameters[k].prior_std > 0)
+      theta(static_cast<Index>(k)) = std::clamp(theta(static_cast<Index>(k)), -kFarthest, kFarthest);
+  return theta;
+}
+
+}  // namespace
+
 Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitParameter> parameters) {
   Hypothesis hypothesis;
   hypothesis.parameters = std::move(parameters);
   hypothesis.start = base.start;
-  complete(study, study.solvers.patient, {kPatient * study.iterations, &base.fit, false, base.fit.theta},
+  Hypothesis priced = base;  // with the priors that are left
+  priced.parameters = hypothesis.parameters;
+  Vector theta = without_priors(base, hypothesis.parameters);
+  if (!(cost_of_start(study, priced, base.start, theta) < cost_of_start(study, priced, base.start, base.fit.theta)))
+    theta = base.fit.theta;
+  complete(study, study.solvers.patient, {kPatient * study.iterations, &base.fit, false, theta},
            {study.iterations, &base.held_out, false}, hypothesis);
   return hypothesis;
 }

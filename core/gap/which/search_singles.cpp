@@ -62,6 +62,8 @@ CandidateEvidence evidence_of(const Search& search, const Hypothesis& hypothesis
   out.prior_chi2 = hypothesis.prior_chi2;
   out.log_plausibility = hypothesis.plausibility;
   out.parameters = hypothesis.parameters.size();
+  // A finer form took its coarser one's place because it was worth it, and stands under the same name.
+  for (const EffectCandidate& effect : hypothesis.effects) out.parameters -= effect.finer_by;
   out.misfit = hypothesis.fit.misfit;
   out.stage = hypothesis.stage;
   out.closure = closure(search.retuned.stage.blocks, hypothesis.stage.blocks, search.bootstrap);
@@ -254,6 +256,19 @@ FreedEvidence freed_evidence(const Search& search, const Hypothesis& fitted, std
 
 }  // namespace
 
+namespace {
+
+/// True of the damping of an element whose damper an effect bends: the slope at rest is then part of its form.
+bool shaped_by(const Hypothesis& answer, const ToleranceEvidence& own) {
+  return own.effect == "damping_error" &&
+         std::any_of(answer.effects.begin(), answer.effects.end(), [&](const EffectCandidate& effect) {
+           return effect.location == own.location &&
+                  (effect.effect == "damper_nonlinearity" || effect.effect == "damper_fade");
+         });
+}
+
+}  // namespace
+
 std::vector<Hypothesis> free_beside(const Search& search, const std::vector<ToleranceEvidence>& tolerances,
                                     Hypothesis& answer, CandidateEvidence& candidate) {
   const Study& study = search.study;
@@ -263,7 +278,7 @@ std::vector<Hypothesis> free_beside(const Search& search, const std::vector<Tole
   std::vector<double> z = candidate.z;
   while (static_cast<Index>(fits.size()) < search.effort.beside && !z.empty() && z.size() == tolerances.size()) {
     for (std::size_t i = 0; i < z.size(); ++i)
-      if (!is_parameter_error(tolerances[i].effect)) z[i] = 0;
+      if (!is_parameter_error(tolerances[i].effect) || shaped_by(answer, tolerances[i])) z[i] = 0;
     for (const FreedEvidence& freed : candidate.freed) z[freed.tolerance] = 0;
     const auto most =
         std::max_element(z.begin(), z.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
