@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <filesystem>
+#include <set>
 
 #include "core/base/random.hpp"
 #include "core/data/metrics.hpp"
@@ -497,4 +498,75 @@ TEST_CASE("a plant that is right shows no gap under a measured drive that was ne
     INFO(sampling_hz << " Hz: " << out);
     CHECK(d.at("verdict") == "no_gap");
   }
+}
+
+TEST_CASE("on a servo axis that nothing holds, friction and weight are named from records under a controller",
+          "[slow]") {
+  Random random(43, Stream::parameters);
+  const auto between = [&](double low, double high) { return low + (high - low) * random.uniform(); };
+  const double m = between(20, 100), d = m * between(1, 3);
+  Plant nominal;
+  nominal.name = "axis";
+  nominal.masses = {{"slide", m, 0.03}};
+  nominal.inputs = {{"force", InputKind::force, "N", 1000, "zoh", "ground", "slide"}};
+  nominal.elements = {{"rail", "ground", "slide", {{find_law("viscous_damper"), {d}, 0.2}}}};
+  nominal.sensors = {{"q", SensorKind::displacement, "ground", "slide", "m"}};
+  Plant rig = nominal;
+  rig.elements[0].laws.push_back({find_law("bouc_wen"), {0.3 * m, 1e-4, 1, 0.5, 0, 0.2, 0.02}});
+  rig.loads = {{"weight", "slide", -0.1 * m}};
+  const Folder folder;
+  write_json(folder / "plant.json", to_json(nominal));
+  RecordSet set;
+  set.sampling_hz = 1000;
+  for (const char* role : {"estimation", "validation"}) {
+    // A controller follows a course; each sample of the force is what it makes of the sample before.
+    const Index samples = 10000;
+    Vector frequency(8), phase(8);
+    for (Index i = 0; i < 8; ++i) {
+      frequency(i) = between(0.2, 2.5);
+      phase(i) = between(0, 6);
+    }
+    Motion motion(rig);
+    Matrix states = Matrix::Zero(3, samples), force(1, samples);
+    const double h = 1e-3 / 16;
+    for (Index k = 0; k < samples; ++k) {
+      double wanted = 0, speed = 0;
+      for (Index i = 0; i < 8; ++i) {
+        const double w = 2 * 3.14159265358979 * frequency(i), a = 0.02 / frequency(i);
+        wanted += a * (std::sin(w * static_cast<double>(k) * 1e-3 + phase(i)) - std::sin(phase(i)));
+        speed += a * w * std::cos(w * static_cast<double>(k) * 1e-3 + phase(i));
+      }
+      force(k) = 400 * m * (wanted - states(0, k)) + 28 * m * (speed - states(1, k));
+      if (k + 1 == samples) break;
+      Vector x = states.col(k);
+      const double u = force(k), u_rate = 0;
+      motion.set_inputs(&u, &u_rate);
+      for (int step = 0; step < 16; ++step) {
+        double a = 0, z_rate = 0;
+        REQUIRE(motion.accelerations(&x(0), &x(1), &x(2), &a, &z_rate) == Motion::all_defined);
+        x(1) += h * a;
+        x(0) += h * x(1);
+        x(2) = std::clamp(x(2) + h * z_rate, -1.2, 1.2);
+      }
+      states.col(k + 1) = x;
+    }
+    Signal signal;
+    signal.sample_time_s = 1e-3;
+    signal.inputs = {{"force", "N"}};
+    signal.outputs = {{"q", "m"}};
+    signal.u = force;
+    signal.y = states.row(0);
+    for (double& value : signal.y.reshaped()) value += 5e-6 * random.normal();
+    set.records.push_back({"", role, "", 0, signal});
+  }
+  write_records(folder.path(), set);
+  std::string out;
+  const Json d_json = diagnosis(folder, out);
+  INFO(out);
+  const std::vector<std::string> named = d_json.at("which").at("named");
+  CHECK(std::set<std::string>(named.begin(), named.end()) ==
+        std::set<std::string>{"coulomb_friction@rail", "load@guide:slide"});
+  CHECK_THAT(out, Contains("in pieces of about"));
+  const Plant corrected = load_plant(folder / "d.plant.json");
+  CHECK(get_parameter(corrected, "load:load_on_slide.force_n") == Approx(-0.1 * m).epsilon(0.1));
 }
