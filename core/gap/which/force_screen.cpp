@@ -18,7 +18,10 @@ constexpr Index kSteps = 4, kMostSteps = 64;  // of a simulation between two sam
 constexpr double kNothing = 1e-9;             // of a column, which is round-off
 constexpr Index kSamples = 20000;             // of the records that are asked: a judgement, a bound on the time
 constexpr Index kIterations = 20;             // of a fit of one element
-constexpr double kPieces[] = {0.25, 1, 4};  // blocks, one after the other: what is found in short ones leads into long
+// Lengths of the pieces in which a plant is fitted, one after the other, and what they count: a judgement. What is
+// found in short ones leads into long ones.
+constexpr Index kPieces[] = {1, 4, 16}, kPiecesOfBlock = 4;
+constexpr Index kRounds = 2;  // of a study's iterations
 
 /// The element at a location; null if there is none yet.
 const Element* element_at(const Plant& plant, const std::string& location) {
@@ -206,39 +209,71 @@ class Beyond {
   Eigen::ColPivHouseholderQR<Matrix> qr_;
 };
 
-/// Records in pieces of so many samples, and where the motion under the unknown force begins in each.
+/// Records in pieces, and where the motion begins in each.
 struct Pieces {
   std::vector<FitRecord> records;
+  std::vector<std::size_t> of;  ///< number of the record that each is a piece of
+  std::vector<Index> begin;     ///< its first sample there
   PlantFit states;
 };
 
-Pieces pieces_of(const ForcedPlant& forced, const std::vector<FitRecord>& records, const PlantFit& base,
-                 Index samples) {
+/// @param state_at of record i at sample k, 2n
+template <class StateAt>
+Pieces pieces_of(const std::vector<FitRecord>& records, const PlantFit& base, Index samples, const StateAt& state_at) {
   Pieces out;
   out.states.state_scale = base.state_scale;
-  const std::vector<Trajectory> motion = trajectories(forced.fit, forced.records);
-  const Index n = base.plant.mass_count();
-  std::vector<double> rest;
+  const Index states = base.state_scale.size();
   for (std::size_t i = 0; i < records.size(); ++i) {
     const FitRecord& whole = records[i];
-    const Index all = std::min(whole.y.cols(), motion[i].position.cols());
-    const Index count = std::max<Index>((all - whole.skip) / samples, 1);
+    const Index count = std::max<Index>((whole.y.cols() - whole.skip) / samples, 1);
     for (Index k = 0; k < count; ++k) {
-      const Index begin = whole.skip + k * (all - whole.skip) / count;
-      const Index end = whole.skip + (k + 1) * (all - whole.skip) / count;
+      const Index begin = whole.skip + k * samples, end = k + 1 < count ? begin + samples : whole.y.cols();
       FitRecord piece = whole;
       piece.drive = whole.drive.middleCols(begin * whole.ratio, (end - begin) * whole.ratio);
       piece.y = whole.y.middleCols(begin, end - begin);
       piece.skip = 0;
       out.records.push_back(std::move(piece));
-      Vector state(2 * n);
-      state << motion[i].position.col(begin), motion[i].velocity.col(begin);
-      out.states.initial_states.push_back(state);
-      for (Index j = 0; j < 2 * n; ++j) rest.push_back(base.states_at_rest(static_cast<Index>(i) * 2 * n + j));
+      out.of.push_back(i);
+      out.begin.push_back(begin);
+      out.states.initial_states.push_back(state_at(i, begin));
     }
   }
-  out.states.states_at_rest = Eigen::Map<Vector>(rest.data(), static_cast<Index>(rest.size()));
+  out.states.states_at_rest.resize(states * static_cast<Index>(out.of.size()));
+  for (std::size_t k = 0; k < out.of.size(); ++k)
+    out.states.states_at_rest.segment(states * static_cast<Index>(k), states) =
+        base.states_at_rest.segment(states * static_cast<Index>(out.of[k]), states);
   return out;
+}
+
+/// The whole plant with a candidate fitted to the records in pieces of growing length, each of which begins where the
+/// solution of the shorter ones says. @param theta in: where to begin; out: the solution of the longest
+/// @return initial states of the records
+std::vector<Vector> fit_in_pieces(const Study& study, const EffectCandidate& candidate,
+                                  const std::vector<FitParameter>& parameters, const PlantFit& base,
+                                  const std::vector<FitRecord>& records, const std::vector<Trajectory>& motion,
+                                  Vector& theta) {
+  const Index n = base.plant.mass_count();
+  Pieces pieces;
+  for (const Index length : kPieces) {
+    const Index samples = std::max<Index>(length * study.data.block / kPiecesOfBlock, 1);
+    pieces = pieces_of(records, base, samples, [&](std::size_t i, Index sample) {
+      for (std::size_t k = 0; k < pieces.of.size(); ++k)
+        if (pieces.of[k] == i && pieces.begin[k] == sample) return pieces.states.initial_states[k];
+      Vector state(2 * n);
+      state << motion[i].position.col(sample), motion[i].velocity.col(sample);
+      return state;
+    });
+    const PlantFit fit = fit_plant(
+        candidate.plant, parameters, pieces.records, study.solvers.thorough,
+        {.iterations = kRounds * study.iterations, .from = &pieces.states, .linearise = false, .theta = theta});
+    if (fit.error.empty()) break;
+    theta = fit.theta;
+    pieces.states.initial_states = fit.initial_states;
+  }
+  std::vector<Vector> first(records.size());
+  for (std::size_t k = 0; k < pieces.of.size(); ++k)
+    if (first[pieces.of[k]].size() == 0) first[pieces.of[k]] = pieces.states.initial_states[k];
+  return first;
 }
 
 }  // namespace
@@ -323,10 +358,9 @@ ForceScreened screen_by_force(const Study& study, const PlantFit& home, const Pl
 
   // With sizes fitted to the force, then to the records in pieces: in free run over a whole record a nonlinear plant
   // soon goes its own way, and no fit leads back.
-  std::vector<Pieces> pieces;
-  for (const double blocks : kPieces)
-    pieces.push_back(pieces_of(asked.forced, records, base,
-                               std::max<Index>(std::lround(blocks * static_cast<double>(study.data.block)), 1)));
+  const std::vector<Trajectory> states = trajectories(asked.forced.fit, asked.forced.records);
+  for (std::size_t i = 0; i < records.size(); ++i)
+    if (states[i].position.cols() < records[i].y.cols()) return out;
   std::vector<Screened> fitted(typical.size());
   out.candidates.resize(typical.size());
   tbb::parallel_for(std::size_t{0}, typical.size(), [&](std::size_t k) {
@@ -358,13 +392,7 @@ ForceScreened screen_by_force(const Study& study, const PlantFit& home, const Pl
     parameters.insert(parameters.end(), candidate.parameters.begin(), candidate.parameters.end());
     Vector theta = Vector::Zero(static_cast<Index>(parameters.size()));
     theta.head(count) = fitted[k].retuning.head(count);
-    for (const Pieces& own_pieces : pieces) {
-      const FitOptions from = {
-          .iterations = study.iterations, .from = &own_pieces.states, .linearise = false, .theta = theta};
-      const PlantFit fit = fit_plant(candidate.plant, parameters, own_pieces.records, study.solvers.thorough, from);
-      if (fit.error.empty()) break;
-      theta = fit.theta;
-    }
+    fitted[k].initial_states = fit_in_pieces(study, candidate, parameters, base, records, states, theta);
     for (std::size_t i = 0; i < candidate.parameters.size(); ++i) {
       const FitParameter& own_parameter = candidate.parameters[i];
       set_parameter(candidate.plant, own_parameter.name,

@@ -83,6 +83,13 @@ bool fit_quickly(const Study& study, const Solver& solver, const FitOptions& fit
   hypothesis.fit = fit_plant(hypothesis.start, hypothesis.parameters, study.data.fitted, solver, fitted);
   if (hypothesis.fit.error.empty()) return false;
   hypothesis.held_out = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, held_out);
+  // Where another plant began may lie too far away: from rest once more.
+  if (held_out.from != nullptr && hypothesis.held_out.misfit > kWorse * std::max(hypothesis.fit.misfit, 1.0)) {
+    FitOptions at_rest = held_out;
+    at_rest.from = nullptr;
+    PlantFit other = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, at_rest);
+    if (!other.error.empty() && other.misfit < hypothesis.held_out.misfit) hypothesis.held_out = std::move(other);
+  }
   if (hypothesis.held_out.error.empty() || !std::isfinite(hypothesis.held_out.misfit)) {
     hypothesis.stage = {};
     hypothesis.stage.misfit = hypothesis.chi2 = std::numeric_limits<double>::infinity();
@@ -158,11 +165,21 @@ bool fit_candidate(const Study& study, const Hypothesis& base, EffectCandidate c
   Vector delivered = base.fit.theta, stepped = base.fit.theta;
   if (screened.retuning.size() == known) stepped += factor * screened.retuning;
   delivered.head(static_cast<Index>(study.tolerances.size())).setZero();
-  const bool step = cost_of_start(study, base, out.start, stepped) < cost_of_start(study, base, out.start, delivered);
+  Hypothesis from;  // as the base, or with initial states that are known better
+  const Hypothesis* begin = &base;
+  if (!screened.initial_states.empty()) {
+    from.parameters = base.parameters;
+    from.fit = states_of(base.fit);
+    from.fit.dispersion = base.fit.dispersion;
+    std::copy(screened.initial_states.begin(), screened.initial_states.end(), from.fit.initial_states.begin());
+    begin = &from;
+  }
+  const bool step =
+      cost_of_start(study, *begin, out.start, stepped) < cost_of_start(study, *begin, out.start, delivered);
   const auto fit_with = [&](const Vector& first, Hypothesis& fitted) {
     Vector theta = Vector::Zero(static_cast<Index>(fitted.parameters.size()));
     theta.head(known) = first;
-    return fit_quickly(study, study.solvers.quick, {kQuickIterations, &base.fit, false, theta},
+    return fit_quickly(study, study.solvers.quick, {kQuickIterations, &begin->fit, false, theta},
                        {kQuickIterations, &base.held_out, false}, fitted);
   };
   Hypothesis other = out;
