@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/gap/study/ceiling.hpp"
-#include "core/gap/study/forced.hpp"
+#include "core/gap/where/forced.hpp"
 #include "core/gap/which/hypothesis.hpp"
 #include "core/plant/dataset.hpp"
 #include "tests/support/plants.hpp"

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "core/base/random.hpp"
-#include "core/gap/study/forced.hpp"
+#include "core/gap/where/forced.hpp"
 #include "core/greybox/plant_fit.hpp"
 #include "core/plant/dataset.hpp"
 #include "core/plant/simulate.hpp"

@@ -58,7 +58,7 @@ TEST_CASE("records stay whole where springs hold every mass, and are cut where a
   CHECK(piece_samples(free, records_of(free, {200}, 0, random)) == 0);  // too short to tell anything
 }
 
-TEST_CASE("pieces are the record, in its order, each sample once; no two of them repeat a drive unless records do") {
+TEST_CASE("pieces are the record, in its order, each sample once, and repeat a drive only where records do") {
   Random random = numbers(6502);
   const Plant plant = slide(3, 8);
   for (int trial = 0; trial < 20; ++trial) {

@@ -19,7 +19,7 @@ namespace {
 constexpr double kBandShare = 0.99;        // of the power of the responses
 constexpr double kUsableBand = 0.4;        // of the sampling rate: an interpolated drive is exact up to here
 constexpr double kSlow = 0.2;              // of the slowest mode: quasi-static
-constexpr Index kNamed = 2;                // elements in the name of an item
+constexpr Index kListed = 2;               // elements in the name of an item
 constexpr double kSlowestTriangle = 0.05;  // Hz
 
 /// Calls change(row, input, record) on every row of a copy of the drives.
@@ -148,7 +148,7 @@ void add_ride_height(const Plant& plant, const std::vector<FitRecord>& records, 
     const Element& element = *places[static_cast<std::size_t>(e)];
     const double travel_m = rms(probed.front().y)(e);
     force(e) = stiffness(element) * travel_m;
-    if (e < kNamed) item.name += fmt::format("{}{:.2g} mm at {}", e ? ", " : "", 1e3 * travel_m, element.name);
+    if (e < kListed) item.name += fmt::format("{}{:.2g} mm at {}", e ? ", " : "", 1e3 * travel_m, element.name);
     item.inputs.push_back({"static_force:" + element.name,
                            InputKind::force,
                            "N",
@@ -159,7 +159,7 @@ void add_ride_height(const Plant& plant, const std::vector<FitRecord>& records, 
                            {},
                            plant.held()});
   }
-  if (force.size() > kNamed) item.name += fmt::format(", and {} more", force.size() - kNamed);
+  if (force.size() > kListed) item.name += fmt::format(", and {} more", force.size() - kListed);
   item.name = "with the ride height shifted (" + item.name + ")";
   for (FitRecord& record : item.records) {
     const Index own = record.drive.rows();

@@ -8,7 +8,7 @@
 
 #include "core/data/metrics.hpp"
 #include "core/data/spectra.hpp"
-#include "core/gap/study/forced.hpp"
+#include "core/gap/where/forced.hpp"
 #include "core/gap/where/probe.hpp"
 #include "core/identify/map_fit.hpp"
 

@@ -241,7 +241,7 @@ Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
     verdict.why = answer.pair ? "the most probable effect, and a second one beside it" : "the most probable effect";
     return verdict;
   }
-  if (small) {
+  if (small && !(e.retuned_prior_chi2 > t.out_of_tolerance * t.out_of_tolerance)) {
     verdict.answer = NoGap{};
     verdict.named.clear();
     verdict.ambiguous_with.clear();

@@ -21,7 +21,7 @@
 /// |     | `second` of what the first leaves and either alone is not enough; then             |                |
 /// | 3a  |   a defining size is odd, but the effect explains the gap (`explains_well`)        | AtPlace, there |
 /// | 3b  |   it explains too little, its place is wrong, or its size odd; and                 |                |
-/// |     |   gap left <= `too_small`                                                          | NoGap          |
+/// |     |   gap left <= `too_small`, no parameter bent beyond `out_of_tolerance`             | NoGap          |
 /// | 3c  |   likewise, it is quantisation, and a converter's rounding is seen                 | Rounding       |
 /// | 3d  |   likewise, otherwise                                                              | row 4          |
 /// | 3e  |   otherwise                                                                        | Effects        |

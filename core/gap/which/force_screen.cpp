@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/gap/study/forced.hpp"
+#include "core/gap/where/forced.hpp"
 #include "core/gap/where/probe.hpp"
 #include "core/greybox/operation.hpp"
 #include "core/greybox/trajectory.hpp"

@@ -85,8 +85,15 @@ bool fit_quickly(const Study& study, const Solver& solver, const FitOptions& fit
   hypothesis.held_out = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, held_out);
   // Where another plant began may lie too far away: from rest once more.
   if (held_out.from != nullptr && hypothesis.held_out.misfit > kWorse * std::max(hypothesis.fit.misfit, 1.0)) {
+    PlantFit rest;
+    rest.state_scale = held_out.from->state_scale;
+    rest.states_at_rest = held_out.from->states_at_rest;
+    const Index states = rest.state_scale.size();
+    for (std::size_t i = 0; i < held_out.from->initial_states.size(); ++i)
+      rest.initial_states.push_back(
+          rest.states_at_rest.segment(states * static_cast<Index>(i), states).cwiseProduct(rest.state_scale));
     FitOptions at_rest = held_out;
-    at_rest.from = nullptr;
+    at_rest.from = &rest;
     PlantFit other = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, at_rest);
     if (!other.error.empty() && other.misfit < hypothesis.held_out.misfit) hypothesis.held_out = std::move(other);
   }

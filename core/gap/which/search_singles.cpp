@@ -81,11 +81,8 @@ void add_linearisation(const Search& search, const Hypothesis& hypothesis, Candi
 
 Candidates find_singles(const Search& search, double colour, Changes& changes) {
   Candidates singles;
-  // What re-tuning bends out of its tolerance may be an instrument's doing, which gains no more than the priors.
-  const bool bent = search.retuned.prior_chi2 > std::pow(search.thresholds.out_of_tolerance, 2);
   singles.fits = extend(search.study, search.retuned,
-                        {.shortlist = search.effort.fits, .least = bent ? 0 : least_expected(search, colour)}, {},
-                        &changes);
+                        {.shortlist = search.effort.fits, .least = least_expected(search, colour)}, {}, &changes);
   finish(search.study, search.retuned.chi2, static_cast<std::size_t>(search.effort.finished), singles.fits);
   for (const Hypothesis& single : singles.fits) singles.evidence.push_back(evidence_of(search, single));
   return singles;

@@ -1,4 +1,4 @@
-#include "core/gap/study/forced.hpp"
+#include "core/gap/where/forced.hpp"
 
 #include <algorithm>
 #include <cmath>
