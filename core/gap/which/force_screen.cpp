@@ -18,10 +18,10 @@ constexpr Index kSteps = 4, kMostSteps = 64;  // of a simulation between two sam
 constexpr double kNothing = 1e-9;             // of a column, which is round-off
 constexpr Index kSamples = 20000;             // of the records that are asked: a judgement, a bound on the time
 constexpr Index kIterations = 20;             // of a fit of one element
-// Lengths of the pieces in which a plant is fitted, one after the other, and what they count: a judgement. What is
-// found in short ones leads into long ones.
+// Judgements: lengths of the pieces in which a plant is fitted, one after the other, in shares of a block. A solution
+// in short pieces is where the fit in longer ones begins.
 constexpr Index kPieces[] = {1, 4, 16}, kPiecesOfBlock = 4;
-constexpr Index kRounds = 2;  // of a study's iterations
+constexpr Index kRounds = 2;  // a judgement: a fit in pieces may take so many times a study's iterations
 
 /// The element at a location; null if there is none yet.
 const Element* element_at(const Plant& plant, const std::string& location) {
