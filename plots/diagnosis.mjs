@@ -22,6 +22,9 @@ ${rows.map((row) => `<tr>${row.map(cell).join('')}</tr>`).join('\n')}
 /** coulomb_friction@suspension -> coulomb friction at suspension */
 const namedText = (name) => name.replace('@', ' at ').replace(/^[^ ]+/, (effect) => effect.replace(/_/g, ' '));
 
+/** a, b and c */
+const listText = (items) => items.reduce((text, item, i) => text + (i === 0 ? '' : i + 1 === items.length ? ' and ' : ', ') + item, '');
+
 const parameterText = ({ name, value, ci90 }) =>
   `${escape(name.slice(name.lastIndexOf('.') + 1))} = ${short(value)}${ci90 ? ` <small>[${short(ci90[0])}, ${short(ci90[1])}]</small>` : ''}`;
 
@@ -142,7 +145,7 @@ export function diagnosisPage(diagnosis, figures, drawn) {
 ${svg.trim()}
 <figcaption>${escape(caption)}</figcaption>
 </figure>`).join('\n');
-  const named = diagnosis.which.named.length > 0 ? diagnosis.which.named.map(namedText).join(' and ') : 'no cause named';
+  const named = diagnosis.which.named.length > 0 ? listText(diagnosis.which.named.map(namedText)) : 'no cause named';
   const heading = diagnosis.verdict === 'no_gap' ? 'Simulation and rig agree' : `Why simulation and rig disagree: ${named}`;
   return `<!DOCTYPE html>
 <html lang="en-GB">

@@ -88,7 +88,7 @@ FollowUp follow_up(const Investigation& found, Hypothesis& answer, const Thresho
     search.step("a test that would tell " + verdict.named.back() + " and " + verdict.ambiguous_with.front());
   out.separating = separating_test_of(study, verdict);
   const Effects& effects = std::get<Effects>(verdict.answer);
-  if (!effects.pair || effects.parameter) return out;
+  if (effects.count < 2 || effects.parameter) return out;
   std::vector<Hypothesis> known = found.singles.fits;
   known.insert(known.end(), found.pairs.alone.begin(), found.pairs.alone.end());
   out.shares = effect_shares(study, search.retuned, answer, known);

@@ -128,11 +128,22 @@ double farthest(const PlantFit& fit, std::size_t count) {
   return own > 0 ? fit.theta.head(own).cwiseAbs().maxCoeff() : 0;
 }
 
+/// The list in which the effects of an answer stand.
+Candidates& candidates_of(Investigation& found, const Effects& effects) {
+  return effects.count == 1 ? found.singles : effects.count == 2 ? found.pairs : found.larger;
+}
+
+/// What they tell, in the evidence.
+CandidateEvidence& evidence_of(Investigation& found, const Effects& effects) {
+  Evidence& evidence = found.evidence;
+  auto& list = effects.count == 1 ? evidence.singles : effects.count == 2 ? evidence.pairs : evidence.larger;
+  return list[effects.candidate];
+}
+
 /// The hypothesis behind an answer that is a plant; null for one that is none.
 Hypothesis* answer_of(Investigation& found) {
   if (const auto* effects = std::get_if<Effects>(&found.verdict.answer))
-    return effects->parameter ? &found.beside.fits.front()
-                              : &(effects->pair ? found.pairs : found.singles).fits[effects->candidate];
+    return effects->parameter ? &found.beside.fits.front() : &candidates_of(found, *effects).fits[effects->candidate];
   if (const auto* parameters = std::get_if<Parameters>(&found.verdict.answer)) {
     Hypothesis& own = found.freed.fits[parameters->freed];
     return own.fit.error.empty() ? nullptr : &own;
@@ -150,11 +161,25 @@ void judge(const Setting& setting, const Changes& changes, Investigation& found)
   found.verdict = decide(evidence, setting.options.thresholds);
 }
 
+/// A third effect beside an answer of two, and so on, as long as one more is needed.
+void judge_larger(const Setting& setting, Investigation& found) {
+  for (std::size_t count = 2;; ++count) {
+    const auto* effects = std::get_if<Effects>(&found.verdict.answer);
+    if (!effects || effects->count < count) return;
+    const Hypothesis fit = candidates_of(found, *effects).fits[effects->candidate];
+    CandidateEvidence before = evidence_of(found, *effects);
+    const bool any = add_larger(*found.search, fit, before, found.evidence, found.larger);
+    evidence_of(found, *effects) = std::move(before);
+    if (!any) return;
+    found.verdict = decide(found.evidence, setting.options.thresholds);
+  }
+}
+
 /// Parameters that are wrong beside an answer of effects.
 void free_parameters_beside(const Setting& setting, Investigation& found) {
   const auto* effects = std::get_if<Effects>(&found.verdict.answer);
   if (!effects) return;
-  CandidateEvidence& own = (effects->pair ? found.evidence.pairs : found.evidence.singles)[effects->candidate];
+  CandidateEvidence& own = evidence_of(found, *effects);
   if (setting.step) setting.step("parameters beside " + own.last().name());
   found.beside.fits = free_beside(*found.search, found.evidence.tolerances, *answer_of(found), own);
   found.verdict = decide(found.evidence, setting.options.thresholds);
@@ -242,6 +267,7 @@ std::unique_ptr<Investigation> investigate(const Setting& setting, Base base, co
     evidence.motion = motion_shares(retuned.fit, setting.data.fitted, evidence.places, options.thresholds.elsewhere);
     found->verdict = decide(evidence, options.thresholds);
   }
+  judge_larger(setting, *found);
   free_parameters_beside(setting, *found);
   found->answer = answer_of(*found);
   return found;
@@ -256,7 +282,7 @@ double dispersion_needed(const Investigation& found, const Setting& setting) {
   if (!found.evidence.cannot_follow.empty() || !explains_little(found.evidence, found.verdict, setting.options.effort))
     return 1;
   const Hypothesis* best = &found.base.retuned;
-  for (const auto* list : {&found.singles.fits, &found.pairs.fits, &found.freed.fits})
+  for (const auto* list : {&found.singles.fits, &found.pairs.fits, &found.larger.fits, &found.freed.fits})
     for (const Hypothesis& own : *list)
       if (own.chi2 < best->chi2) best = &own;
   if (!(best->fit.misfit > setting.options.effort.beyond_noise) || !(far(found.base.retuned) || far(*best))) return 1;

@@ -29,7 +29,7 @@ struct Investigation {
   std::optional<Search> search;
   Evidence evidence;
   Verdict verdict;
-  Candidates singles, pairs;
+  Candidates singles, pairs, larger;
   Candidates beside;  ///< the answer with parameters set free
   FreedParameters freed;
   Hypothesis* answer = nullptr;  ///< the plant of the verdict; null where it is none
@@ -39,7 +39,7 @@ struct Investigation {
 std::string cannot_follow(const Plant& plant, const GapData& data, const Hypothesis& delivered,
                           const Hypothesis& retuned);
 
-/// Where the gap lies, which effects, parameters and pairs of effects explain it how well, and the verdict. More is
+/// Where the gap lies, which effects, parameters and sets of effects explain it how well, and the verdict. More is
 /// fitted where the answer explains little: effects that the screen expects less of, and finer forms.
 /// @param delivered the plant as it came, on the held-out records   @param faults gross ones that are not corrected
 /// @param correction those that are, in the base

@@ -31,14 +31,18 @@ std::string most_retuned_in_words(const Evidence& evidence) {
   return most ? fmt::format(", {} ({:+.1f} tolerances) most", most->parameter, most->theta) : "";
 }
 
+/// "A, B and C". @param last "and" or "or"
+std::string listed(const std::vector<std::string>& items, const std::string& last) {
+  std::string text;
+  for (std::size_t i = 0; i < items.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == items.size() ? " " + last + " " : ", ") + items[i];
+  return text;
+}
+
 /// " WHAT could also be NAME, NAME or NAME.", or nothing.
 std::string could_also_be(const Verdict& verdict, const std::string& what) {
-  const std::size_t count = verdict.ambiguous_with.size();
-  if (count == 0) return "";
-  std::string text = " " + what + " could also be ";
-  for (std::size_t i = 0; i < count; ++i)
-    text += (i == 0 ? "" : i + 1 == count ? " or " : ", ") + verdict.ambiguous_with[i];
-  return text + ".";
+  return verdict.ambiguous_with.empty() ? ""
+                                        : " " + what + " could also be " + listed(verdict.ambiguous_with, "or") + ".";
 }
 
 constexpr double kSeen = 0.5;  // upper end of the closure of an effect that the held-out records reach
@@ -80,12 +84,12 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
   if (is<Rounding>(verdict))
     return fmt::format("{} {} (P {:.2f}) makes what the plant leaves; no model of the plant removes it.", gap,
                        verdict.named.front(), best().probability);
-  std::string names;
+  std::vector<std::string> names;
   for (const std::string& name : verdict.named) {
     const auto own = std::find_if(verdict.suspects.begin(), verdict.suspects.end(),
                                   [&](const Suspect& suspect) { return suspect.name() == name; });
-    names += fmt::format("{}{} (P {:.2f})", names.empty() ? "" : " and ", name,
-                         own != verdict.suspects.end() ? own->probability : best().probability);
+    names.push_back(
+        fmt::format("{} (P {:.2f})", name, own != verdict.suspects.end() ? own->probability : best().probability));
   }
   std::string shares;  // the closure's parts
   for (Index i = 0; i < follow_up.shares.size(); ++i)
@@ -104,24 +108,25 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
           ? "explain" + ending +
                 "it where the drive reaches it; the validation records hardly do, so that they do not show how far"
           : "remove" + ending + percent(closure) + " of what re-tuning leaves" + shares;
-  std::string places = verdict.locations.front().location;
+  std::vector<std::string> places = {verdict.locations.front().location};
   double sure = verdict.locations.front().probability;
   for (std::size_t i = 1; i < verdict.locations.size(); ++i) {  // those of further effects that are named
     const LocationProbability& other = verdict.locations[i];
     const auto there = [&](const std::string& name) { return name.ends_with("@" + other.location); };
     if (std::none_of(verdict.named.begin(), verdict.named.end(), there)) continue;
-    places += " and " + other.location;
+    places.push_back(other.location);
     sure = std::min(sure, other.probability);
   }
-  std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} {}.", gap, places, sure, names, effect);
+  std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} {}.", gap, listed(places, "and"), sure,
+                                 listed(names, "and"), effect);
   if (const double left = corrected_stage(evidence, verdict).misfit - 1;
       left > kClear && !follow_up.places_left.empty())
     text += fmt::format(" {:.1f} x the noise is left, most likely from {}.", std::sqrt(left),
                         follow_up.places_left.front().location);
   if (is<Instruments>(verdict) && !verdict.message.empty()) text += " " + verdict.message + ".";
   // The instruments are corrected, and what is in doubt is what else is missing.
-  const bool one_of_two = verdict.named.size() > evidence.correction.faults.size() + 1;
-  text += could_also_be(verdict, one_of_two ? "One of the two" : verdict.named.back());
+  const std::size_t effects = verdict.named.size() - evidence.correction.faults.size();
+  text += could_also_be(verdict, effects == 2 ? "One of the two" : verdict.named.back());
   if (!follow_up.separating.test.empty())
     text += fmt::format(" A record {} would tell the two apart.", follow_up.separating.test);
   return text;

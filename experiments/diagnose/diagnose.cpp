@@ -76,7 +76,7 @@ CandidateList catalogue_without(std::vector<std::string> left_out) {
 Diagnosis diagnose_records(const Plant& plant, const RecordSet& set, const CandidateList& candidates,
                            const std::function<void(const std::string&)>& step) {
   const auto quick =
-      make_secant_levenberg_marquardt({.relative_decrease = 2e-3, .trusted_gain = 0.25, .ending_share = 1});
+      make_secant_levenberg_marquardt({.relative_decrease = kQuickDecrease, .trusted_gain = 0.25, .ending_share = 1});
   const auto thorough = make_secant_levenberg_marquardt({.relative_decrease = 1e-4});
   const auto patient = make_levenberg_marquardt({.relative_decrease = 1e-5});
   return diagnose(plant, set, candidates, {*quick, *thorough, *patient}, {}, kBootstrapSeed, step);

@@ -255,6 +255,27 @@ TEST_CASE("two sensors at fault are both named, each at its place", "[slow]") {
   CHECK_THAT(out, Contains(" remove "));
 }
 
+TEST_CASE("three effects at three places are all named", "[slow]") {
+  const Folder folder;
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  truth.elements[0].laws.push_back({find_law("coulomb_friction"), {60, 0, 0.05, 0.005}});
+  truth.sensors[0].path.drift_per_s = 1e-3;
+  truth.sensors[1].path.lag.time_constant_s = 0.004;
+  measure(folder, nominal, truth, 0.01);
+  std::string out;
+  const Json d = diagnosis(folder, out);
+  INFO(out);
+  const Json& named = d.at("which").at("named");
+  CHECK(named.size() == 3);
+  for (const char* name : {"coulomb_friction@suspension", "drift@sensor:travel", "sensor_lag@sensor:body_acc"})
+    CHECK(std::count(named.begin(), named.end(), name) == 1);
+  CHECK(d.at("how_far").at("with_effect").at("misfit").get<double>() < 1.1);
+  double shares = 0;
+  for (std::size_t i = 0; i < 3; ++i) shares += d.at("which").at("effects")[i].at("share").get<double>();
+  CHECK(shares == Approx(d.at("how_far").at("closure").get<double>()).epsilon(0.02));
+}
+
 TEST_CASE("a second effect a hundredth of the first one's size is found where it enters", "[slow]") {
   const Folder folder;
   const Plant nominal = plant_from(quarter_car_text);

@@ -211,7 +211,7 @@ TEST_CASE("a second effect is named where the pair is needed and either alone is
   Evidence evidence = two_effects();
   Verdict verdict = decide(evidence);
   CHECK(verdict.named == Names{"coulomb_friction@suspension", "tyre_damping@tyre"});
-  CHECK(std::get<Effects>(verdict.answer).pair);
+  CHECK(std::get<Effects>(verdict.answer).count == 2);
   CHECK(verdict.suspects[1].misfit == evidence.pairs[0].stage.misfit);
   // One effect alone, fitted anew, is as good.
   evidence.pairs[0].alone_chi2 = {evidence.samples * 1.011, evidence.samples * 4};
@@ -226,6 +226,49 @@ TEST_CASE("a second effect is named where the pair is needed and either alone is
   evidence.pairs = {pair(evidence, "coulomb_friction", "bump_stop", "suspension", "suspension", 0.4)};
   CHECK(decide(evidence).named.size() == 1);
   evidence.pairs = {pair(evidence, "coulomb_friction", "tyre_damping", "suspension", "tyre", 0.4)};
+  CHECK(decide(evidence).named.size() == 2);
+}
+
+TEST_CASE("a third effect is named where what two leave needs it, and none of the three can be spared") {
+  const auto three = [](double two_leave, double three_leave) {
+    Evidence evidence = two_effects();
+    evidence.pairs[0] = pair(evidence, "coulomb_friction", "tyre_damping", "suspension", "tyre", two_leave);
+    CandidateEvidence set = pair(evidence, "coulomb_friction", "tyre_damping", "suspension", "tyre", three_leave);
+    CandidateEvidence other = set;
+    set.effects.push_back({"time_delay", "sensor:travel", "form", {{"size", 1, 0}}, {}});
+    set.without_chi2 = {evidence.samples * 4, evidence.samples * 2, evidence.pairs[0].chi2};
+    other.effects.push_back({"drift", "sensor:body_acc", "form", {{"size", 1, 0}}, {}});
+    other.chi2 = evidence.samples * (1 + 0.9 * two_leave);
+    evidence.larger = {set, other};
+    return evidence;
+  };
+  Evidence evidence = three(0.4, 0.01);
+  Verdict verdict = decide(evidence);
+  CHECK(verdict.row == "3e");
+  CHECK(verdict.named == Names{"coulomb_friction@suspension", "tyre_damping@tyre", "time_delay@sensor:travel"});
+  REQUIRE(std::get<Effects>(verdict.answer).count == 3);
+  CHECK(&candidate_of(evidence, std::get<Effects>(verdict.answer)) == &evidence.larger[0]);
+  REQUIRE(verdict.suspects.size() >= 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(verdict.suspects[i].name() == verdict.named[i]);
+    CHECK(verdict.suspects[i].probability > 0.8);
+  }
+  CHECK(verdict.ambiguous_with.empty());
+  // The file tells the same.
+  const Evidence read = evidence_from(JsonCursor::from(Json::parse(to_json(evidence).dump()), "evidence"));
+  CHECK(decide(read).named == verdict.named);
+  // It removes too little, the two leave too little, one of them is not needed beside the third, or the set grew from
+  // another pair.
+  CHECK(decide(three(0.4, 0.3)).named.size() == 2);
+  CHECK(decide(three(0.02, 0)).named.size() == 2);
+  evidence = three(0.02, 0);
+  evidence.pairs[0].left_at_place = 5;  // unless what these leave enters elsewhere
+  CHECK(decide(evidence).named.size() == 3);
+  evidence = three(0.4, 0.01);
+  evidence.larger[0].without_chi2[1] = evidence.larger[0].chi2 * 1.001;
+  CHECK(decide(evidence).named.size() == 2);
+  evidence = three(0.4, 0.01);
+  evidence.larger[0].effects[1].location = "suspension";
   CHECK(decide(evidence).named.size() == 2);
 }
 

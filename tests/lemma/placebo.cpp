@@ -125,7 +125,7 @@ TEST_CASE("what comes back is counted name by name, what the catalogue does not 
   Diagnosis diagnosis;
   diagnosis.plant = plant;
   diagnosis.floor = noise_floor(set);
-  diagnosis.verdict.answer = Effects{true, 0, false};
+  diagnosis.verdict.answer = Effects{2, 0, false};
   diagnosis.verdict.named = {"a@spring", "b@spring"};
   std::vector<std::vector<std::string>> answers = {{"b@spring", "a@spring"}, {"a@spring"}, {}, {"c@m", "a@spring"}};
   std::size_t next = 0;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "core/gap/verdict/faults.hpp"
@@ -132,18 +133,19 @@ bool one_stands_out(const Case& c, Verdict& verdict) {
 /// An answer of effects while it is being weighed.
 struct EffectAnswer {
   const CandidateEvidence* candidate = nullptr;
-  bool pair = false;
+  std::size_t count = 1;  ///< of its effects
   std::size_t index = 0;
   const std::vector<RankedCandidate>* singles = nullptr;
 };
 
-/// What pairs say of locations: each counts for either of its effects. That of the effect named first leads.
-std::vector<LocationProbability> locations_of_pairs(const Case& c, const std::vector<RankedCandidate>& ranked,
-                                                    const std::string& first) {
+/// What sets of effects say of locations: each counts for all of its effects. That of the effect named first leads.
+std::vector<LocationProbability> locations_of_sets(const Case& c, const std::vector<CandidateEvidence>& sets,
+                                                   const std::vector<RankedCandidate>& ranked,
+                                                   const std::string& first) {
   std::vector<std::pair<std::string, double>> speaking;
   for (const RankedCandidate& own : ranked) {
     std::set<std::string> places;
-    for (const EffectEvidence& effect : c.evidence.pairs[own.index].effects) places.insert(effect.location);
+    for (const EffectEvidence& effect : sets[own.index].effects) places.insert(effect.location);
     for (const std::string& place : places) speaking.emplace_back(place, own.probability);
   }
   std::vector<LocationProbability> locations = locations_of(speaking, c.thresholds.limit);
@@ -153,38 +155,70 @@ std::vector<LocationProbability> locations_of_pairs(const Case& c, const std::ve
   return locations;
 }
 
-/// Names a second effect beside the first, if the best pair is needed.
-void add_second(const Case& c, EffectAnswer& answer, Verdict& verdict) {
+/// Names one effect more than before, if the best set with it leaves so much less, and no effect of that set can be
+/// spared.
+/// @param members numbers of the sets that hold one effect more than the answer so far
+void add_effect(const Case& c, const std::vector<CandidateEvidence>& sets, const std::vector<std::size_t>& members,
+                EffectAnswer& answer, Verdict& verdict) {
   const Evidence& e = c.evidence;
-  if (e.pairs.empty() || !worth_second(e, *answer.candidate, c.thresholds)) return;
-  const std::vector<RankedCandidate> ranked = ranked_pairs(e, *answer.candidate, c.thresholds);
-  const CandidateEvidence& pair = e.pairs[ranked.front().index];
-  if (!pair_needed(e, pair, answer.candidate->chi2, c.thresholds)) return;
-  for (const double alone : pair.alone_chi2)
-    if (std::isfinite(alone) && !pair_needed(e, pair, alone, c.thresholds)) return;
-  answer.candidate = &pair;
-  answer.pair = true;
-  answer.index = ranked.front().index;
-  verdict.named = {pair.effects[0].name(), pair.effects[1].name()};
+  std::vector<CandidateEvidence> own_sets;
+  for (const std::size_t member : members) own_sets.push_back(sets[member]);
+  const std::vector<RankedCandidate> ranked = ranked_sets(e, own_sets, *answer.candidate, c.thresholds);
+  const CandidateEvidence& set = sets[members[ranked.front().index]];
+  const std::size_t last = set.effects.size() - 1;
+  if (!effect_needed(e, set, last, answer.candidate->chi2, c.thresholds)) return;
+  for (std::size_t i = 0; i <= last; ++i) {
+    const double without = last == 1 ? set.alone_chi2[1 - i] : i < set.without_chi2.size() ? set.without_chi2[i] : NAN;
+    if (std::isfinite(without) && !effect_needed(e, set, i, without, c.thresholds)) return;
+  }
+  answer.candidate = &set;
+  answer.count = set.effects.size();
+  answer.index = members[ranked.front().index];
+  verdict.named.clear();
+  for (const EffectEvidence& effect : set.effects) verdict.named.push_back(effect.name());
   const auto first = std::find_if(verdict.suspects.begin(), verdict.suspects.end(),
                                   [&](const Suspect& suspect) { return suspect.name() == verdict.named.front(); });
   if (first != verdict.suspects.end()) std::rotate(verdict.suspects.begin(), first, first + 1);
-  verdict.locations = locations_of_pairs(c, ranked, verdict.named.front());
+  verdict.locations = locations_of_sets(c, own_sets, ranked, verdict.named.front());
   // A pair stands there in either order, and alone its two effects had shared what they now have together.
   const auto sure_of = [&](const EffectEvidence& effect) {
     double sum = 0;
     for (const RankedCandidate& own : ranked)
-      for (const EffectEvidence& other : e.pairs[own.index].effects)
+      for (const EffectEvidence& other : own_sets[own.index].effects)
         if (other.name() == effect.name()) {
           sum += own.probability;
           break;
         }
     return std::min(sum, c.thresholds.limit);
   };
-  Suspect& leading = verdict.suspects.front();
-  leading.probability = std::max(leading.probability, sure_of(pair.effects[0]));
-  verdict.suspects.insert(verdict.suspects.begin() + 1, suspect_of(pair, pair.effects[1], sure_of(pair.effects[1])));
+  for (std::size_t i = 0; i < last; ++i)
+    verdict.suspects[i].probability = std::max(verdict.suspects[i].probability, sure_of(set.effects[i]));
+  verdict.suspects.insert(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(last),
+                          suspect_of(set, set.effects[last], sure_of(set.effects[last])));
+  verdict.ambiguous_with.clear();
   add_ambiguous(c, ranked, verdict);
+}
+
+/// Names a second effect beside the first, a third beside these, and so on.
+void add_effects(const Case& c, EffectAnswer& answer, Verdict& verdict) {
+  const Evidence& e = c.evidence;
+  std::vector<std::size_t> members(e.pairs.size());
+  std::iota(members.begin(), members.end(), std::size_t{0});
+  if (!members.empty() && worth_second(e, *answer.candidate, c.thresholds))
+    add_effect(c, e.pairs, members, answer, verdict);
+  while (answer.count > 1 && worth_another(e, *answer.candidate, c.thresholds)) {
+    const std::size_t before = answer.count;
+    members.clear();
+    for (std::size_t i = 0; i < e.larger.size(); ++i) {
+      const std::vector<EffectEvidence>& effects = e.larger[i].effects;
+      if (effects.size() == before + 1 &&
+          std::equal(verdict.named.begin(), verdict.named.end(), effects.begin(),
+                     [](const std::string& name, const EffectEvidence& effect) { return name == effect.name(); }))
+        members.push_back(i);
+    }
+    if (!members.empty()) add_effect(c, e.larger, members, answer, verdict);
+    if (answer.count == before) return;
+  }
 }
 
 /// Probabilities of effects as often right as they say. What the named ones gain, their rivals lose.
@@ -228,9 +262,9 @@ Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
   const EffectEvidence& last = answer.candidate->last();
   // What explains the gap, or a part of it, from a place at which no signal would explain the rest is a mask.
   const bool misplaced =
-      !answer.pair && remains > t.notice * chance_of(e) &&
+      answer.count == 1 && remains > t.notice * chance_of(e) &&
       leftover_ratio(e.places, last.location) > (explained < t.explains_well ? t.elsewhere : t.far_elsewhere);
-  const std::string odd = answer.pair ? "" : odd_size(c, last);
+  const std::string odd = answer.count > 1 ? "" : odd_size(c, last);
   // Held-out records that never reach the effect have no gap that could be closed.
   const bool reached = e.retuned.misfit > 1 + negligible(e, t);
   const double too_little = is_path(place_from(last.location)) ? t.explains_well : t.surely_not;
@@ -238,7 +272,9 @@ Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
       explained < t.explains || (reached && explained < t.explains_well && answer.candidate->closure.high < too_little);
   if (!unexplained && !misplaced && odd.empty()) {
     verdict.row = "3e";
-    verdict.why = answer.pair ? "the most probable effect, and a second one beside it" : "the most probable effect";
+    verdict.why = answer.count == 1   ? "the most probable effect"
+                  : answer.count == 2 ? "the most probable effect, and a second one beside it"
+                                      : "the most probable effect, and others beside it";
     return verdict;
   }
   if (small && !(e.retuned_prior_chi2 > t.out_of_tolerance * t.out_of_tolerance)) {
@@ -317,9 +353,9 @@ Verdict decide_effects(const Case& c, const std::vector<RankedCandidate>& ranked
     verdict.suspects.push_back(suspect_of(single, single.last(), own.probability));
   }
   verdict.locations = locations_by(c, ranked);
-  add_second(c, answer, verdict);
-  if (!answer.pair) add_ambiguous(c, ranked, verdict);
-  verdict.answer = Effects{answer.pair, answer.index, false};
+  add_ambiguous(c, ranked, verdict);
+  add_effects(c, answer, verdict);
+  verdict.answer = Effects{answer.count, answer.index, false};
   for (std::size_t i = 0; i < answer.candidate->effects.size(); ++i)
     verdict.suspects[i].parameters = answer.candidate->effects[i].parameters;
   verdict = doubted(c, answer, std::move(verdict));

@@ -17,8 +17,9 @@
 /// |     | `considered`, the first with which                                                 |                |
 /// | 2a  |   free the gap closes, all others within `not_home`                                | Parameters     |
 /// | 2b  |   otherwise, and no effect alone closes the gap                                    | row 4          |
-/// | 3   | an effect is the most probable; a second one is named beside it if the pair removes|                |
-/// |     | `second` of what the first leaves and either alone is not enough; then             |                |
+/// | 3   | an effect is the most probable; another one is named beside it if both remove      |                |
+/// |     | `second` of what the first leaves and either alone is not enough; a third beside   |                |
+/// |     | these if no two of the three are enough, and so on; then                           |                |
 /// | 3a  |   a defining size is odd, but the effect explains the gap (`explains_well`)        | AtPlace, there |
 /// | 3b  |   it explains too little, its place is wrong, or its size odd; and                 |                |
 /// |     |   gap left <= `too_small`, no parameter bent beyond `out_of_tolerance`             | NoGap          |

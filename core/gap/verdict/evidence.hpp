@@ -196,7 +196,7 @@ struct FreedEvidence {
   }
 };
 
-/// One or two effects added to the plant, fitted together with the parameters inside their tolerances.
+/// Effects added to the plant, fitted together with the parameters inside their tolerances.
 struct CandidateEvidence {
   std::vector<EffectEvidence> effects;
   double chi2 = 0;              ///< residuals of fitted and held-out records and priors
@@ -208,8 +208,10 @@ struct CandidateEvidence {
   Closure closure;              ///< of what re-tuning leaves
   std::vector<double> theta;    ///< of all tolerances; with z empty where the fit was not linearised
   std::vector<double> z;
-  double left_at_place = kUnknown;  ///< what an unknown signal at its place leaves with the effect, over the best place
+  double left_at_place = kUnknown;  ///< what an unknown signal at its place leaves with the effect, over the best
+                                    ///< place; of several effects, at that of their places where this is least
   std::array<double, 2> alone_chi2{kUnknown, kUnknown};  ///< of a pair: chi2 of either effect alone, fitted anew
+  std::vector<double> without_chi2;  ///< of more than two effects: chi2 of all but one, fitted anew; the last one apart
   std::vector<FreedEvidence> freed;  ///< parameters set free beside the effects, one after the other
   const EffectEvidence& last() const { return effects.back(); }
   template <class V>
@@ -226,6 +228,7 @@ struct CandidateEvidence {
     visit("z", z);
     visit("left_at_place", left_at_place);
     visit("alone_chi2", alone_chi2);
+    visit("without_chi2", without_chi2);
     visit("freed", freed);
   }
 };
@@ -302,6 +305,7 @@ struct Evidence {
   std::vector<FreedEvidence> freed;  ///< parameters set free in the plant without effects
   std::vector<CandidateEvidence> singles;  ///< ascending by chi2
   std::vector<CandidateEvidence> pairs;    ///< of the last search for a second effect, ascending by chi2
+  std::vector<CandidateEvidence> larger;   ///< a third effect beside the pair that was named, then a fourth, and so on
   std::vector<LatticeEvidence> lattices;
   std::vector<MotionShare> motion;
   template <class V>
@@ -331,6 +335,7 @@ struct Evidence {
     visit("freed", freed);
     visit("singles", singles);
     visit("pairs", pairs);
+    visit("larger", larger);
     visit("lattices", lattices);
     visit("motion", motion);
   }

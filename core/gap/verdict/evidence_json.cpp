@@ -1,3 +1,4 @@
+#include <limits>
 #include <type_traits>
 
 #include "core/gap/verdict/evidence.hpp"
@@ -104,12 +105,16 @@ void check(const JsonCursor& cursor, const Evidence& evidence) {
         cursor.fail("freed parameters among its tolerances");
   };
   check_freed(evidence.freed);
-  for (const std::vector<CandidateEvidence>* list : {&evidence.singles, &evidence.pairs})
-    for (const CandidateEvidence& candidate : *list) {
+  const auto check_sets = [&](const std::vector<CandidateEvidence>& list, std::size_t fewest, std::size_t most) {
+    for (const CandidateEvidence& candidate : list) {
       check_freed(candidate.freed);
-      if (candidate.effects.size() != (list == &evidence.pairs ? 2U : 1U))
-        cursor.fail("one effect in each of its singles and two in each of its pairs");
+      if (candidate.effects.size() < fewest || candidate.effects.size() > most)
+        cursor.fail("one effect in each of its singles, two in each of its pairs and more in its larger sets");
     }
+  };
+  check_sets(evidence.singles, 1, 1);
+  check_sets(evidence.pairs, 2, 2);
+  check_sets(evidence.larger, 3, std::numeric_limits<std::size_t>::max());
   if (evidence.places_needed == 2 && evidence.place_pairs.empty())
     cursor.fail("place_pairs where two places are needed");
   if (!(evidence.samples > 0) && evidence.cannot_follow.empty()) cursor.fail("a positive number of samples");

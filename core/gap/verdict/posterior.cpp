@@ -197,19 +197,34 @@ bool worth_second(const Evidence& evidence, const CandidateEvidence& first, cons
   return remains > thresholds.worth_second * gap || leaves_another;
 }
 
-bool pair_needed(const Evidence& evidence, const CandidateEvidence& pair, double chi2_of_one,
-                 const Thresholds& thresholds) {
-  // At one place a second effect may be no more than what the first one's form does not fit: it has to do better.
-  const bool one_place = pair.effects[0].location == pair.effects[1].location;
-  const double remains = chi2_of_one - evidence.samples;
-  return chi2_of_one - pair.chi2 > std::max((one_place ? thresholds.second_there : thresholds.second) * remains,
+bool worth_another(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds) {
+  const double gap = evidence.retuned_chi2 - evidence.samples, remains = set.chi2 - evidence.samples;
+  return remains > thresholds.notice * chance_of(evidence) &&
+         (remains > thresholds.worth_second * gap || set.left_at_place > thresholds.elsewhere);
+}
+
+bool asks_left_at_places(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds) {
+  const double gap = evidence.retuned_chi2 - evidence.samples, remains = set.chi2 - evidence.samples;
+  return std::isnan(set.left_at_place) && remains > thresholds.notice * chance_of(evidence) &&
+         !(remains > thresholds.worth_second * gap);
+}
+
+bool effect_needed(const Evidence& evidence, const CandidateEvidence& set, std::size_t which, double chi2_without,
+                   const Thresholds& thresholds) {
+  // At one place another effect may be no more than what the first one's form does not fit: it has to do better.
+  const std::string& place = set.effects[which].location;
+  const bool one_place = std::count_if(set.effects.begin(), set.effects.end(),
+                                       [&](const EffectEvidence& other) { return other.location == place; }) > 1;
+  const double remains = chi2_without - evidence.samples;
+  return chi2_without - set.chi2 > std::max((one_place ? thresholds.second_there : thresholds.second) * remains,
                                             thresholds.notice * chance_of(evidence));
 }
 
-std::vector<RankedCandidate> ranked_pairs(const Evidence& evidence, const CandidateEvidence& first,
-                                          const Thresholds& thresholds) {
-  std::vector<RankedCandidate> list = unranked(evidence.pairs, thresholds);
-  rank(list, {evidence.noise.colour, first.chi2 - evidence.samples, evidence.samples, evidence.dispersion}, thresholds);
+std::vector<RankedCandidate> ranked_sets(const Evidence& evidence, const std::vector<CandidateEvidence>& sets,
+                                         const CandidateEvidence& before, const Thresholds& thresholds) {
+  std::vector<RankedCandidate> list = unranked(sets, thresholds);
+  rank(list, {evidence.noise.colour, before.chi2 - evidence.samples, evidence.samples, evidence.dispersion},
+       thresholds);
   return list;
 }
 

@@ -27,7 +27,7 @@ Vector standing_out(ConstVectorRef theta, ConstMatrixRef covariance, double colo
 /// An explanation beside others: a candidate, or a parameter that is wrong.
 struct RankedCandidate {
   std::string effect, location;
-  std::size_t index = 0;  ///< in the list it stands for: of singles or pairs, of a parameter in that of the freed ones
+  std::size_t index = 0;  ///< in the list it stands for: of sets of effects, of a parameter in that of the freed ones
   bool is_parameter = false;
   double chi2 = 0;
   double prior_chi2 = 0;  ///< of that, the squared priors of the parameters
@@ -97,12 +97,19 @@ double gap_left(const Evidence& evidence);
 bool worth_second(const Evidence& evidence, const CandidateEvidence& first, const Thresholds& thresholds);
 /// True where that depends on `left_at_place` of the first one, which is not known yet.
 bool asks_left_at_place(const Evidence& evidence, const CandidateEvidence& first, const Thresholds& thresholds);
-/// Whether a pair removes enough of what one effect leaves to be named.
-bool pair_needed(const Evidence& evidence, const CandidateEvidence& pair, double chi2_of_one,
-                 const Thresholds& thresholds);
-/// Pairs, ranked beside the answer with one effect.
-std::vector<RankedCandidate> ranked_pairs(const Evidence& evidence, const CandidateEvidence& first,
-                                          const Thresholds& thresholds);
+/// True where that depends on `left_at_place` of the set, which is not known yet.
+bool asks_left_at_places(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
+/// Whether an effect of a set removes enough of what the others leave to be named.
+/// @param which number of the effect   @param chi2_without of the others
+bool effect_needed(const Evidence& evidence, const CandidateEvidence& set, std::size_t which, double chi2_without,
+                   const Thresholds& thresholds);
+/// Sets of one effect more than `before`, ranked.
+std::vector<RankedCandidate> ranked_sets(const Evidence& evidence, const std::vector<CandidateEvidence>& sets,
+                                         const CandidateEvidence& before, const Thresholds& thresholds);
+
+/// Whether what a set of two or more effects leaves is worth the search for one more: much of the gap, or anything that
+/// enters at none of their places.
+bool worth_another(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
 
 /// Other parameters that leave their tolerances although that of the freed one is free, as "NAME (-7.4 tolerances)", or
 /// nothing. Where a law's bend is wrong, all that shapes its element bends with it.

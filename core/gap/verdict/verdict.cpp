@@ -9,7 +9,8 @@ bool is_parameter_error(const std::string& effect) {
 }
 
 const CandidateEvidence& candidate_of(const Evidence& evidence, const Effects& effects) {
-  return (effects.pair ? evidence.pairs : evidence.singles)[effects.candidate];
+  const auto& list = effects.count == 1 ? evidence.singles : effects.count == 2 ? evidence.pairs : evidence.larger;
+  return list[effects.candidate];
 }
 
 GapStage corrected_stage(const Evidence& evidence, const Verdict& verdict) {

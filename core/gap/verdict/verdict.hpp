@@ -17,10 +17,10 @@ struct Parameters {
   std::size_t freed = 0;  ///< index into Evidence::freed
   bool either = false;    ///< or all parameters of another component instead: the records tell only ratios
 };
-/// One or two effects of the catalogue, and perhaps a parameter that is wrong beside them.
+/// Effects of the catalogue, and perhaps a parameter that is wrong beside them.
 struct Effects {
-  bool pair = false;
-  std::size_t candidate = 0;  ///< index into Evidence::pairs or ::singles
+  std::size_t count = 1;      ///< of the effects
+  std::size_t candidate = 0;  ///< index into Evidence::singles, ::pairs or, of more than two effects, ::larger
   bool parameter = false;     ///< the first of the candidate's freed parameters is named too
 };
 /// Gross faults of instruments that were corrected, and no name for what is left beside them, if anything is.

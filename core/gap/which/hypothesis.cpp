@@ -244,6 +244,16 @@ bool added(const Plant& nominal, const Plant& plant, const std::string& location
                      named);
 }
 
+/// True if a hypothesis has the effect already, or moves one of its parameters.
+bool moved_by(const Hypothesis& base, const EffectCandidate& candidate) {
+  return std::any_of(base.effects.begin(), base.effects.end(),
+                     [&](const EffectCandidate& other) { return name_of(other) == name_of(candidate); }) ||
+         std::any_of(candidate.parameters.begin(), candidate.parameters.end(), [&](const FitParameter& own) {
+           return std::any_of(base.parameters.begin(), base.parameters.end(),
+                              [&](const FitParameter& other) { return other.name == own.name; });
+         });
+}
+
 /// A quick fit is fitted on to the end, and replaced if that is better.
 void polish(const Study& study, Hypothesis& hypothesis) {
   if (hypothesis.effects.back().parameters.empty()) return;  // nothing was fitted beyond what it was added to
@@ -490,13 +500,13 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
   std::vector<Screened> shortlist;
   std::map<std::string, Index> forms;
   for (const Screened& screened : screen(around, study.data.fitted, candidates, known, found)) {
-    if (!candidates[screened.candidate].refines.empty()) continue;
+    if (!candidates[screened.candidate].refines.empty() || moved_by(base, candidates[screened.candidate])) continue;
     const std::string name = name_of(candidates[screened.candidate]);
     if (static_cast<Index>(shortlist.size()) >= options.shortlist || !(screened.gain > 0)) break;
     if (shortlist.empty() && 2 * screened.gain < options.least) break;
     if (!shortlist.empty() && screened.gain < options.worth * shortlist.front().gain) break;
     if (added(study.nominal, base.fit.plant, candidates[screened.candidate].location)) continue;
-    if (name == options.without || tried(candidates[screened.candidate]) || ++forms[name] > options.forms) continue;
+    if (tried(candidates[screened.candidate]) || ++forms[name] > options.forms) continue;
     shortlist.push_back(screened);
   }
   return fit_shortlist(study, base, candidates, shortlist);
@@ -549,7 +559,7 @@ bool refine(const Study& study, const Hypothesis& base, const std::vector<std::s
 void finish(const Study& study, double before, std::size_t most, std::vector<Hypothesis>& list) {
   std::vector<std::size_t> worth;  // a twin takes over what the better one finds
   for (std::size_t i = 0; i < std::min(list.size(), most); ++i) {
-    if (list[i].chi2 - list[0].chi2 > kNear * (before - list[0].chi2)) break;
+    if (list[i].chi2 - list[0].chi2 > std::max(kNear * (before - list[0].chi2), kQuickDecrease * list[0].chi2)) break;
     if (std::none_of(worth.begin(), worth.end(), [&](std::size_t better) { return twins(list[better], list[i]); }))
       worth.push_back(i);
   }

@@ -52,10 +52,14 @@ bool same_form(const EffectCandidate& a, const EffectCandidate& b);
 /// stand behind it: the whole catalogue, or one with families left out to see whether a diagnosis then says "none".
 using CandidateList = std::function<std::vector<EffectCandidate>(const Plant&, const Operation&)>;
 
+/// Share of its cost by which a step of a quick fit lowers it at least, or the fit ends: fits that differ by less are
+/// not told apart by quick ones.
+inline constexpr double kQuickDecrease = 2e-3;
+
 /// The solvers of least squares, by how much a fit is worth. Simulations are nearly all of the cost, and a
 /// Jacobian of all parameters takes as long as four or five of them.
 struct GapSolvers {
-  const Solver& quick;     ///< for many fits of which most are dropped
+  const Solver& quick;     ///< for many fits of which most are dropped; ends by kQuickDecrease
   const Solver& thorough;  ///< for those that stay
   const Solver& patient;   ///< for all parameters at once, far from where they count
 };
@@ -101,12 +105,12 @@ struct ExtendOptions {
   Index forms = 3;                   ///< of one effect at one place
   double worth = 0.1;                ///< screened gain over the best one's, below which a candidate is not fitted
   double least = 0;                  ///< fall of chi2 that the screen must expect of the best for any to be fitted
-  std::string without = {};          ///< "effect@location" that is not tried
   const PlantFit* around = nullptr;  ///< whose plant the screen looks at; null: that of the base
   const std::vector<Hypothesis>* tried = nullptr;  ///< forms that are not tried again
 };
 
-/// Adds one effect to a hypothesis in all ways that the fast screen finds worth a fit: a quick one each.
+/// Adds one effect to a hypothesis in all ways that the fast screen finds worth a fit: a quick one each. No effect is
+/// added a second time at its place, nor one that moves what is moved already.
 /// @param base linearised   @param known, found as of `screen`
 /// @return by chi2, ascending. Not linearised. Fits run side by side; the result does not depend on how many.
 /// Cost: a simulation of every fitted record a candidate, and `shortlist` quick fits.
@@ -126,8 +130,8 @@ std::vector<Hypothesis> fit_shortlist(const Study& study, const Hypothesis& base
 bool refine(const Study& study, const Hypothesis& base, const std::vector<std::string>& names, double share,
             std::vector<Hypothesis>& list);
 
-/// Fits the best of a list of quick fits on to the end, by the thorough solver; those that lie far behind the first
-/// stay as they are.
+/// Fits the best of a list of quick fits on to the end, by the thorough solver. Those that lie far behind the first,
+/// and by more than a quick fit tells, stay as they are.
 /// @param before chi2 without their last effect   @param most fits   @param list by chi2, ascending; so on return too
 void finish(const Study& study, double before, std::size_t most, std::vector<Hypothesis>& list);
 

@@ -1,6 +1,6 @@
 /// \file
-/// Forward selection of what a plant may lack: every effect at every place alone, wrong parameters, and pairs of
-/// effects where one is not enough. Fills the part of the evidence that fits of candidates tell.
+/// Forward selection of what a plant may lack: every effect at every place alone, wrong parameters, pairs of effects
+/// where one is not enough, and so on. Fills the part of the evidence that fits of candidates tell.
 #pragma once
 
 #include <functional>
@@ -45,6 +45,7 @@ struct SearchEffort {
   double closed = 0.1;             ///< of what a first effect leaves, what a pair may leave for no other to be tried
   Index finished_pairs = 3;        ///< of the quick fits of pairs, the best that are fitted on to the end
   int searches = 2;                ///< for a second effect, where the first one's fit became better by it
+  std::size_t most_effects = 4;    ///< in an answer
 
   /// Calls visit(name, value).
   template <class V>
@@ -74,6 +75,7 @@ struct SearchEffort {
     visit("closed", closed);
     visit("finished_pairs", finished_pairs);
     visit("searches", searches);
+    visit("most_effects", most_effects);
   }
 };
 
@@ -156,5 +158,12 @@ std::vector<Hypothesis> free_beside(const Search& search, const std::vector<Tole
 /// @param evidence without pairs; its singles those of `singles`, both may grow
 /// @return the pairs, ascending by chi2; none where no second effect is worth a search
 Candidates find_pairs(const Search& search, const Changes& changes, Evidence& evidence, Candidates& singles);
+
+/// Looks for one more effect beside two or more, where what they leave is worth it, and refits the best set without
+/// each of its effects.
+/// @param known the fit of the effects so far   @param before what it tells; gets what is left at their places
+/// @param larger gets the sets, and the evidence its part   @return false if there was none
+bool add_larger(const Search& search, const Hypothesis& known, CandidateEvidence& before, Evidence& evidence,
+                Candidates& larger);
 
 }  // namespace wheelhop

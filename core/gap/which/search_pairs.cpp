@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -30,7 +31,7 @@ std::vector<std::size_t> firsts(const Search& search, const std::vector<RankedCa
   return list;
 }
 
-/// Every second effect for one first.
+/// Every further effect beside those of a fit.
 /// @param known what candidates change around the re-tuned plant, which holds beside the first effect too
 std::vector<Hypothesis> beside(const Search& search, Hypothesis& first, const Changes& known) {
   const Study& study = search.study;
@@ -41,11 +42,7 @@ std::vector<Hypothesis> beside(const Search& search, Hypothesis& first, const Ch
   if (base.held_out.error.empty()) return {};
   const double least = search.effort.second_screened * (first.chi2 - study.data.samples);
   return extend(study, base,
-                {.shortlist = search.effort.second_fits,
-                 .worth = search.effort.second_worth,
-                 .least = least,
-                 .without = name_of(first.effects.back())},
-                known);
+                {.shortlist = search.effort.second_fits, .worth = search.effort.second_worth, .least = least}, known);
 }
 
 /// Each pair once more under the other names that the law of its first effect has.
@@ -115,12 +112,16 @@ std::vector<RankedCandidate> ranked_effects(const Search& search, const Evidence
   return contest_of_closing_effects(evidence, contest, search.thresholds).ranked;
 }
 
-/// What an unknown signal at the effect's place leaves once the effect is in, over what it leaves at the best place.
+/// What an unknown signal at a place of the effects leaves once these are in, over what it leaves at the best place: of
+/// their places the one where that is least.
 double left_at_place(const Search& search, Hypothesis& hypothesis) {
   const Study& study = search.study;
   if (!linearise(hypothesis.fit, hypothesis.parameters, study.data.fitted)) return 1;
-  return leftover_ratio(locate(hypothesis.fit, study.data.fitted, study.data.noise_shares),
-                        hypothesis.effects.back().location);
+  const std::vector<PlaceLeftover> places = locate(hypothesis.fit, study.data.fitted, study.data.noise_shares);
+  double least = std::numeric_limits<double>::infinity();
+  for (const EffectCandidate& effect : hypothesis.effects)
+    least = std::min(least, leftover_ratio(places, effect.location));
+  return least;
 }
 
 }  // namespace
@@ -148,9 +149,8 @@ Candidates find_pairs(const Search& search, const Changes& changes, Evidence& ev
     if (pairs.fits.empty()) return pairs;
     for (const Hypothesis& pair : pairs.fits) pairs.evidence.push_back(evidence_of(search, pair));
     // By chi2 alone the best pair may be one of implausible sizes.
-    evidence.pairs = pairs.evidence;
-    const std::size_t best = ranked_pairs(evidence, first, search.thresholds).front().index;
-    if (!pair_needed(evidence, pairs.evidence[best], first.chi2, search.thresholds)) return pairs;
+    const std::size_t best = ranked_sets(evidence, pairs.evidence, first, search.thresholds).front().index;
+    if (!effect_needed(evidence, pairs.evidence[best], 1, first.chi2, search.thresholds)) return pairs;
     // Backward elimination: the screen, around a plant that is bent by all that is missing, may have found one effect
     // only beside another that nothing needs, or a better fit of one than before.
     std::vector<Hypothesis> alone(2);
@@ -161,7 +161,8 @@ Candidates find_pairs(const Search& search, const Changes& changes, Evidence& ev
     for (const std::size_t kept : {1U, 0U}) {
       if (alone[kept].fit.error.empty()) continue;
       pairs.evidence[best].alone_chi2[kept] = alone[kept].chi2;
-      if (again || pair_needed(evidence, pairs.evidence[best], alone[kept].chi2, search.thresholds)) continue;
+      if (again || effect_needed(evidence, pairs.evidence[best], 1 - kept, alone[kept].chi2, search.thresholds))
+        continue;
       replace(search, alone[kept], evidence, singles);
       again = true;
     }
@@ -170,6 +171,38 @@ Candidates find_pairs(const Search& search, const Changes& changes, Evidence& ev
     if (!again) return pairs;
   }
   return pairs;
+}
+
+bool add_larger(const Search& search, const Hypothesis& known, CandidateEvidence& before, Evidence& evidence,
+                Candidates& larger) {
+  if (known.effects.size() >= search.effort.most_effects) return false;
+  Hypothesis base = known;
+  if (asks_left_at_places(evidence, before, search.thresholds)) before.left_at_place = left_at_place(search, base);
+  if (!worth_another(evidence, before, search.thresholds)) return false;
+  std::string names;
+  for (const EffectCandidate& effect : known.effects) names += (names.empty() ? "" : " and ") + name_of(effect);
+  if (search.step) search.step("a further effect beside " + names);
+  std::vector<Hypothesis> found = beside(search, base, {});
+  finish(search.study, known.chi2, static_cast<std::size_t>(search.effort.finished_pairs), found);
+  if (found.empty()) return false;
+  std::vector<CandidateEvidence> told;
+  for (const Hypothesis& set : found) told.push_back(evidence_of(search, set));
+  const std::size_t best = ranked_sets(evidence, told, before, search.thresholds).front().index;
+  const std::size_t count = found[best].effects.size(), last = count - 1;
+  // Backward elimination, as of pairs.
+  std::vector<double>& without = told[best].without_chi2;
+  without.assign(count, kUnknown);
+  without[last] = before.chi2;
+  if (effect_needed(evidence, told[best], last, before.chi2, search.thresholds))
+    tbb::parallel_for(std::size_t{0}, last, [&](std::size_t i) {
+      const std::size_t all = (std::size_t{1} << count) - 1;
+      const Hypothesis others = fit_subset(search.study, search.retuned, found[best], all ^ std::size_t{1} << i);
+      if (!others.fit.error.empty()) without[i] = others.chi2;
+    });
+  std::move(found.begin(), found.end(), std::back_inserter(larger.fits));
+  std::move(told.begin(), told.end(), std::back_inserter(larger.evidence));
+  evidence.larger = larger.evidence;
+  return true;
 }
 
 }  // namespace wheelhop
