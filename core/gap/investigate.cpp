@@ -164,12 +164,12 @@ void judge(const Setting& setting, const Changes& changes, Investigation& found)
 /// A third effect beside an answer of two, and so on, as long as one more is needed.
 void judge_larger(const Setting& setting, Investigation& found) {
   for (std::size_t count = 2;; ++count) {
-    const auto* effects = std::get_if<Effects>(&found.verdict.answer);
-    if (!effects || effects->count < count) return;
-    const Hypothesis fit = candidates_of(found, *effects).fits[effects->candidate];
-    CandidateEvidence before = evidence_of(found, *effects);
+    const Effects largest = found.verdict.largest;
+    if (!is<Effects>(found.verdict) || largest.count < count) return;
+    const Hypothesis fit = candidates_of(found, largest).fits[largest.candidate];
+    CandidateEvidence before = evidence_of(found, largest);
     const bool any = add_larger(*found.search, fit, before, found.evidence, found.larger);
-    evidence_of(found, *effects) = std::move(before);
+    evidence_of(found, largest) = std::move(before);
     if (!any) return;
     found.verdict = decide(found.evidence, setting.options.thresholds);
   }

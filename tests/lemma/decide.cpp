@@ -272,6 +272,27 @@ TEST_CASE("a third effect is named where what two leave needs it, and none of th
   CHECK(decide(evidence).named.size() == 2);
 }
 
+TEST_CASE("what may be the error of a form is explained by further effects nearly whole, or not at all") {
+  // Friction leaves 5 % of the gap, five times the noise.
+  const auto told = [](double two_leave, double three_leave, const std::string& second_at = "tyre") {
+    Evidence evidence = evidence_with_gap(100);
+    evidence.singles = {single(evidence, "coulomb_friction", "suspension", 5)};
+    evidence.pairs = {pair(evidence, "coulomb_friction", "tyre_damping", "suspension", second_at, two_leave)};
+    CandidateEvidence set = evidence.pairs[0];
+    set.effects.push_back({"time_delay", "sensor:travel", "form", {{"size", 1, 0}}, {}});
+    set.chi2 = evidence.samples * (1 + three_leave);
+    evidence.larger = {set};
+    return decide(evidence);
+  };
+  CHECK(told(0.01, 0.005).named.size() == 2);
+  CHECK(told(2, 0.01).named.size() == 3);
+  CHECK(told(0.01, 0.005, "suspension").named.size() == 1);  // at its own place it is the form's error all the more
+  CHECK(told(2, 0.8).named.size() == 1);
+  CHECK(told(2, 0.8).largest.count == 3);
+  CHECK(told(2, 1.5).named.size() == 1);
+  CHECK(told(2, 1.5).largest.count == 2);
+}
+
 TEST_CASE(
     "a parameter beside an effect is named where it alone takes off enough, never where a wrong form bends others") {
   Evidence evidence = friction();

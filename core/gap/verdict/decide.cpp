@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 
 #include "core/gap/verdict/faults.hpp"
@@ -130,12 +131,12 @@ bool one_stands_out(const Case& c, Verdict& verdict) {
 
 // --- effects ------------------------------------------------------------------------------------------------------
 
-/// An answer of effects while it is being weighed.
-struct EffectAnswer {
+/// The first effect, or a set of effects that grew from it by one.
+struct Level {
   const CandidateEvidence* candidate = nullptr;
-  std::size_t count = 1;  ///< of its effects
-  std::size_t index = 0;
-  const std::vector<RankedCandidate>* singles = nullptr;
+  std::size_t index = 0;                ///< in the list of the evidence that holds sets of this size
+  std::vector<CandidateEvidence> sets;  ///< all that grew from the level before
+  std::vector<RankedCandidate> ranked;  ///< these
 };
 
 /// What sets of effects say of locations: each counts for all of its effects. That of the effect named first leads.
@@ -155,36 +156,86 @@ std::vector<LocationProbability> locations_of_sets(const Case& c, const std::vec
   return locations;
 }
 
-/// Names one effect more than before, if the best set with it leaves so much less, and no effect of that set can be
-/// spared.
-/// @param members numbers of the sets that hold one effect more than the answer so far
-void add_effect(const Case& c, const std::vector<CandidateEvidence>& sets, const std::vector<std::size_t>& members,
-                EffectAnswer& answer, Verdict& verdict) {
-  const Evidence& e = c.evidence;
-  std::vector<CandidateEvidence> own_sets;
-  for (const std::size_t member : members) own_sets.push_back(sets[member]);
-  const std::vector<RankedCandidate> ranked = ranked_sets(e, own_sets, *answer.candidate, c.thresholds);
-  const CandidateEvidence& set = sets[members[ranked.front().index]];
-  const std::size_t last = set.effects.size() - 1;
-  if (!effect_needed(e, set, last, answer.candidate->chi2, c.thresholds)) return;
-  for (std::size_t i = 0; i <= last; ++i) {
-    const double without = last == 1 ? set.alone_chi2[1 - i] : i < set.without_chi2.size() ? set.without_chi2[i] : NAN;
-    if (std::isfinite(without) && !effect_needed(e, set, i, without, c.thresholds)) return;
+/// The sets that hold one effect more than another one: their numbers in the list of that size.
+std::vector<std::size_t> grown_from(const Evidence& e, const CandidateEvidence& before) {
+  std::vector<std::size_t> members;
+  if (before.effects.size() == 1) {
+    members.resize(e.pairs.size());
+    std::iota(members.begin(), members.end(), std::size_t{0});
+    return members;
   }
-  answer.candidate = &set;
-  answer.count = set.effects.size();
-  answer.index = members[ranked.front().index];
+  const auto same = [](const EffectEvidence& a, const EffectEvidence& b) { return a.name() == b.name(); };
+  for (std::size_t i = 0; i < e.larger.size(); ++i)
+    if (e.larger[i].effects.size() == before.effects.size() + 1 &&
+        std::equal(before.effects.begin(), before.effects.end(), e.larger[i].effects.begin(), same))
+      members.push_back(i);
+  return members;
+}
+
+/// The best set that grew from another one, if it leaves so much less, and none of its effects can be spared.
+std::optional<Level> grown(const Case& c, const CandidateEvidence& before) {
+  const Evidence& e = c.evidence;
+  const std::vector<std::size_t> members = grown_from(e, before);
+  if (members.empty() || !worth_another(e, before, c.thresholds)) return {};
+  Level level;
+  const auto& list = before.effects.size() == 1 ? e.pairs : e.larger;
+  for (const std::size_t member : members) level.sets.push_back(list[member]);
+  level.ranked = ranked_sets(e, level.sets, before, c.thresholds);
+  level.index = members[level.ranked.front().index];
+  level.candidate = &list[level.index];
+  const CandidateEvidence& set = *level.candidate;
+  const std::size_t last = set.effects.size() - 1;
+  if (!effect_needed(e, set, last, before.chi2, c.thresholds)) return {};
+  // Where the error of a form enters, another effect is no more than a better form.
+  if (shares_place(set, last) && within_form(e, before, c.thresholds)) return {};
+  for (std::size_t i = 0; i <= last; ++i) {
+    const double without = last == 1                     ? set.alone_chi2[1 - i]
+                           : i < set.without_chi2.size() ? set.without_chi2[i]
+                                                         : kUnknown;
+    if (std::isfinite(without) && !effect_needed(e, set, i, without, c.thresholds)) return {};
+  }
+  return level;
+}
+
+/// A first effect and what grew from it.
+std::vector<Level> levels_of(const Case& c, std::size_t single) {
+  std::vector<Level> levels(1);
+  levels[0].candidate = &c.evidence.singles[single];
+  levels[0].index = single;
+  while (std::optional<Level> next = grown(c, *levels.back().candidate)) levels.push_back(std::move(*next));
+  return levels;
+}
+
+/// How many of the levels are named. What may be the error of a form is explained nearly whole, or not at all.
+std::size_t named_levels(const Case& c, const std::vector<Level>& levels) {
+  const double floor = c.evidence.samples;
+  for (std::size_t count = levels.size(); count > 1; --count) {
+    const double left = levels[count - 1].candidate->chi2 - floor;
+    const bool whole =
+        std::all_of(levels.begin(), levels.begin() + static_cast<std::ptrdiff_t>(count) - 1, [&](const Level& before) {
+          return !within_form(c.evidence, *before.candidate, c.thresholds) ||
+                 left < c.thresholds.of_rest * (before.candidate->chi2 - floor);
+        });
+    if (whole) return count;
+  }
+  return 1;
+}
+
+/// Names the effect by which a level grew, beside those before it.
+void name_effect(const Case& c, const Level& level, Verdict& verdict) {
+  const CandidateEvidence& set = *level.candidate;
+  const std::size_t last = set.effects.size() - 1;
   verdict.named.clear();
   for (const EffectEvidence& effect : set.effects) verdict.named.push_back(effect.name());
   const auto first = std::find_if(verdict.suspects.begin(), verdict.suspects.end(),
                                   [&](const Suspect& suspect) { return suspect.name() == verdict.named.front(); });
   if (first != verdict.suspects.end()) std::rotate(verdict.suspects.begin(), first, first + 1);
-  verdict.locations = locations_of_sets(c, own_sets, ranked, verdict.named.front());
+  verdict.locations = locations_of_sets(c, level.sets, level.ranked, verdict.named.front());
   // A pair stands there in either order, and alone its two effects had shared what they now have together.
   const auto sure_of = [&](const EffectEvidence& effect) {
     double sum = 0;
-    for (const RankedCandidate& own : ranked)
-      for (const EffectEvidence& other : own_sets[own.index].effects)
+    for (const RankedCandidate& own : level.ranked)
+      for (const EffectEvidence& other : level.sets[own.index].effects)
         if (other.name() == effect.name()) {
           sum += own.probability;
           break;
@@ -196,29 +247,7 @@ void add_effect(const Case& c, const std::vector<CandidateEvidence>& sets, const
   verdict.suspects.insert(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(last),
                           suspect_of(set, set.effects[last], sure_of(set.effects[last])));
   verdict.ambiguous_with.clear();
-  add_ambiguous(c, ranked, verdict);
-}
-
-/// Names a second effect beside the first, a third beside these, and so on.
-void add_effects(const Case& c, EffectAnswer& answer, Verdict& verdict) {
-  const Evidence& e = c.evidence;
-  std::vector<std::size_t> members(e.pairs.size());
-  std::iota(members.begin(), members.end(), std::size_t{0});
-  if (!members.empty() && worth_second(e, *answer.candidate, c.thresholds))
-    add_effect(c, e.pairs, members, answer, verdict);
-  while (answer.count > 1 && worth_another(e, *answer.candidate, c.thresholds)) {
-    const std::size_t before = answer.count;
-    members.clear();
-    for (std::size_t i = 0; i < e.larger.size(); ++i) {
-      const std::vector<EffectEvidence>& effects = e.larger[i].effects;
-      if (effects.size() == before + 1 &&
-          std::equal(verdict.named.begin(), verdict.named.end(), effects.begin(),
-                     [](const std::string& name, const EffectEvidence& effect) { return name == effect.name(); }))
-        members.push_back(i);
-    }
-    if (!members.empty()) add_effect(c, e.larger, members, answer, verdict);
-    if (answer.count == before) return;
-  }
+  add_ambiguous(c, level.ranked, verdict);
 }
 
 /// Probabilities of effects as often right as they say. What the named ones gain, their rivals lose.
@@ -248,33 +277,34 @@ std::string odd_size(const Case& c, const EffectEvidence& effect) {
 
 /// Takes from the probabilities what the answer leaves unexplained. One that explains too little, from the wrong place
 /// or by absurd sizes is withdrawn.
-Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
+Verdict doubted(const Case& c, const CandidateEvidence& answer, const RankedCandidate& most_probable, Verdict verdict) {
   const Evidence& e = c.evidence;
   const Thresholds& t = c.thresholds;
   const bool small = gap_left(e) <= negligible(e, t);
-  const double remains = answer.candidate->chi2 - (small ? (1 + negligible(e, t)) * e.samples : e.samples);
-  double explained = (e.retuned_chi2 - answer.candidate->chi2) / std::max(e.retuned_chi2 - e.samples, 1.0);
+  const double remains = answer.chi2 - (small ? (1 + negligible(e, t)) * e.samples : e.samples);
+  double explained = (e.retuned_chi2 - answer.chi2) / std::max(e.retuned_chi2 - e.samples, 1.0);
   // Of a gap that is not told from a floor which is too low, it may be the bent parameters that are explained.
-  if (const double unbent = e.retuned_prior_chi2 - answer.candidate->prior_chi2; small && unbent > t.notice)
+  if (const double unbent = e.retuned_prior_chi2 - answer.prior_chi2; small && unbent > t.notice)
     explained = std::max(explained, unbent / e.retuned_prior_chi2);
   const double held = t.held - t.held_slope * std::max(t.held - explained, 0.0);
   for (Suspect& suspect : verdict.suspects) suspect.probability *= std::max(held, 0.0);
-  const EffectEvidence& last = answer.candidate->last();
+  const EffectEvidence& last = answer.last();
+  const std::size_t effects = answer.effects.size();
   // What explains the gap, or a part of it, from a place at which no signal would explain the rest is a mask.
   const bool misplaced =
-      answer.count == 1 && remains > t.notice * chance_of(e) &&
+      effects == 1 && remains > t.notice * chance_of(e) &&
       leftover_ratio(e.places, last.location) > (explained < t.explains_well ? t.elsewhere : t.far_elsewhere);
-  const std::string odd = answer.count > 1 ? "" : odd_size(c, last);
+  const std::string odd = effects > 1 ? "" : odd_size(c, last);
   // Held-out records that never reach the effect have no gap that could be closed.
   const bool reached = e.retuned.misfit > 1 + negligible(e, t);
   const double too_little = is_path(place_from(last.location)) ? t.explains_well : t.surely_not;
   const bool unexplained =
-      explained < t.explains || (reached && explained < t.explains_well && answer.candidate->closure.high < too_little);
+      explained < t.explains || (reached && explained < t.explains_well && answer.closure.high < too_little);
   if (!unexplained && !misplaced && odd.empty()) {
     verdict.row = "3e";
-    verdict.why = answer.count == 1   ? "the most probable effect"
-                  : answer.count == 2 ? "the most probable effect, and a second one beside it"
-                                      : "the most probable effect, and others beside it";
+    verdict.why = effects == 1   ? "the most probable effect"
+                  : effects == 2 ? "the most probable effect, and a second one beside it"
+                                 : "the most probable effect, and others beside it";
     return verdict;
   }
   if (small && !(e.retuned_prior_chi2 > t.out_of_tolerance * t.out_of_tolerance)) {
@@ -287,7 +317,7 @@ Verdict doubted(const Case& c, const EffectAnswer& answer, Verdict verdict) {
   }
   const std::vector<LocationProbability> by_effects = verdict.locations;
   // Noise rounds differently each time: a converter that is simulated without it explains a part of its error alone.
-  const Index lattice = answer.singles->front().effect == "quantisation" ? rounding_seen(e, t) : -1;
+  const Index lattice = most_probable.effect == "quantisation" ? rounding_seen(e, t) : -1;
   if (lattice >= 0) {
     verdict = decide_rounding(e, t, static_cast<std::size_t>(lattice), std::move(verdict));
     verdict.row = "3c";
@@ -340,25 +370,25 @@ void add_parameter_beside(const Case& c, Verdict& verdict) {
 /// Row 3.
 Verdict decide_effects(const Case& c, const std::vector<RankedCandidate>& ranked) {
   Verdict verdict;
-  EffectAnswer answer;
-  answer.singles = &ranked;
+  const RankedCandidate* first = nullptr;
   for (const RankedCandidate& own : ranked) {
     if (own.is_parameter) continue;
+    if (first == nullptr) first = &own;
     const CandidateEvidence& single = c.evidence.singles[own.index];
-    if (answer.candidate == nullptr) {
-      answer.candidate = &single;
-      answer.index = own.index;
-      verdict.named = {own.name()};
-    }
     verdict.suspects.push_back(suspect_of(single, single.last(), own.probability));
   }
+  verdict.named = {first->name()};
   verdict.locations = locations_by(c, ranked);
   add_ambiguous(c, ranked, verdict);
-  add_effects(c, answer, verdict);
-  verdict.answer = Effects{answer.count, answer.index, false};
+  const std::vector<Level> levels = levels_of(c, first->index);
+  const std::size_t named = named_levels(c, levels);
+  for (std::size_t i = 1; i < named; ++i) name_effect(c, levels[i], verdict);
+  const Level& answer = levels[named - 1];
+  verdict.largest = {levels.size(), levels.back().index, false};
+  verdict.answer = Effects{named, answer.index, false};
   for (std::size_t i = 0; i < answer.candidate->effects.size(); ++i)
     verdict.suspects[i].parameters = answer.candidate->effects[i].parameters;
-  verdict = doubted(c, answer, std::move(verdict));
+  verdict = doubted(c, *answer.candidate, ranked.front(), std::move(verdict));
   if (!is<Effects>(verdict)) return verdict;
   calibrate(c, verdict);
   add_parameter_beside(c, verdict);

@@ -180,44 +180,47 @@ Contest contest_of_closing_effects(const Evidence& evidence, const Contest& all,
   return contest;
 }
 
-bool asks_left_at_place(const Evidence& evidence, const CandidateEvidence& first, const Thresholds& thresholds) {
-  const double gap = evidence.retuned_chi2 - evidence.samples, remains = first.chi2 - evidence.samples;
-  return std::isnan(first.left_at_place) && remains < (1 - thresholds.worth_pair) * gap &&
-         remains > thresholds.notice * chance_of(evidence) && !(remains > thresholds.worth_second * gap) &&
-         !(leftover_ratio(evidence.places, first.last().location) > thresholds.elsewhere);
+bool asks_left_at_place(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds) {
+  const double gap = evidence.retuned_chi2 - evidence.samples, remains = set.chi2 - evidence.samples;
+  if (!std::isnan(set.left_at_place) || !(remains > thresholds.notice * chance_of(evidence)) ||
+      remains > thresholds.worth_second * gap)
+    return false;
+  return set.effects.size() > 1 || (remains < (1 - thresholds.worth_pair) * gap &&
+                                    !(leftover_ratio(evidence.places, set.last().location) > thresholds.elsewhere));
 }
 
-bool worth_second(const Evidence& evidence, const CandidateEvidence& first, const Thresholds& thresholds) {
-  const double gap = evidence.retuned_chi2 - evidence.samples, remains = first.chi2 - evidence.samples;
-  if (!(remains < (1 - thresholds.worth_pair) * gap && remains > thresholds.notice * chance_of(evidence))) return false;
-  // What enters at another place than the effect's own, although the gap entered there, is worth it however small. Of
-  // an effect that masks a gap from elsewhere the remains lie anywhere.
-  const bool leaves_another = first.left_at_place > thresholds.elsewhere &&
-                              !(leftover_ratio(evidence.places, first.last().location) > thresholds.elsewhere);
-  return remains > thresholds.worth_second * gap || leaves_another;
+bool enters_elsewhere(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds) {
+  // Of an effect that masks a gap from elsewhere the remains lie anywhere.
+  const bool mask =
+      set.effects.size() == 1 && leftover_ratio(evidence.places, set.last().location) > thresholds.elsewhere;
+  return set.left_at_place > thresholds.elsewhere && !mask;
+}
+
+bool within_form(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds) {
+  const double gap = evidence.retuned_chi2 - evidence.samples;
+  return !(set.chi2 - evidence.samples > thresholds.worth_second * gap) && !enters_elsewhere(evidence, set, thresholds);
 }
 
 bool worth_another(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds) {
   const double gap = evidence.retuned_chi2 - evidence.samples, remains = set.chi2 - evidence.samples;
-  return remains > thresholds.notice * chance_of(evidence) &&
-         (remains > thresholds.worth_second * gap || set.left_at_place > thresholds.elsewhere);
+  if (!(remains > thresholds.notice * chance_of(evidence))) return false;
+  if (set.effects.size() == 1 && !(remains < (1 - thresholds.worth_pair) * gap)) return false;
+  return remains > thresholds.much_left * evidence.samples || !within_form(evidence, set, thresholds);
 }
 
-bool asks_left_at_places(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds) {
-  const double gap = evidence.retuned_chi2 - evidence.samples, remains = set.chi2 - evidence.samples;
-  return std::isnan(set.left_at_place) && remains > thresholds.notice * chance_of(evidence) &&
-         !(remains > thresholds.worth_second * gap);
+bool shares_place(const CandidateEvidence& set, std::size_t which) {
+  const std::string& place = set.effects[which].location;
+  return std::count_if(set.effects.begin(), set.effects.end(),
+                       [&](const EffectEvidence& other) { return other.location == place; }) > 1;
 }
 
 bool effect_needed(const Evidence& evidence, const CandidateEvidence& set, std::size_t which, double chi2_without,
                    const Thresholds& thresholds) {
   // At one place another effect may be no more than what the first one's form does not fit: it has to do better.
-  const std::string& place = set.effects[which].location;
-  const bool one_place = std::count_if(set.effects.begin(), set.effects.end(),
-                                       [&](const EffectEvidence& other) { return other.location == place; }) > 1;
   const double remains = chi2_without - evidence.samples;
-  return chi2_without - set.chi2 > std::max((one_place ? thresholds.second_there : thresholds.second) * remains,
-                                            thresholds.notice * chance_of(evidence));
+  return chi2_without - set.chi2 >
+         std::max((shares_place(set, which) ? thresholds.second_there : thresholds.second) * remains,
+                  thresholds.notice * chance_of(evidence));
 }
 
 std::vector<RankedCandidate> ranked_sets(const Evidence& evidence, const std::vector<CandidateEvidence>& sets,

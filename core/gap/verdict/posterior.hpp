@@ -93,12 +93,17 @@ double negligible(const Evidence& evidence, const Thresholds& thresholds);
 /// Gap that is left by the re-tuned plant: reduced chi-square - 1, fitted and held-out records together.
 double gap_left(const Evidence& evidence);
 
-/// Whether what an effect leaves is worth the search for a second one.
-bool worth_second(const Evidence& evidence, const CandidateEvidence& first, const Thresholds& thresholds);
-/// True where that depends on `left_at_place` of the first one, which is not known yet.
-bool asks_left_at_place(const Evidence& evidence, const CandidateEvidence& first, const Thresholds& thresholds);
-/// True where that depends on `left_at_place` of the set, which is not known yet.
-bool asks_left_at_places(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
+/// True if what a set of effects leaves enters at none of their places, by an unknown signal's leftover.
+bool enters_elsewhere(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
+/// True if what a set leaves may be no more than the error of its forms.
+bool within_form(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
+/// Whether what a set leaves is worth the search for one more effect: much of the gap, more than the noise, or anything
+/// that enters elsewhere. Not beside a single effect that removes next to nothing.
+bool worth_another(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
+/// True where these depend on `left_at_place` of the set, which is not known yet.
+bool asks_left_at_place(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
+/// True if another effect of a set stands where this one does. @param which number of the effect
+bool shares_place(const CandidateEvidence& set, std::size_t which);
 /// Whether an effect of a set removes enough of what the others leave to be named.
 /// @param which number of the effect   @param chi2_without of the others
 bool effect_needed(const Evidence& evidence, const CandidateEvidence& set, std::size_t which, double chi2_without,
@@ -106,10 +111,6 @@ bool effect_needed(const Evidence& evidence, const CandidateEvidence& set, std::
 /// Sets of one effect more than `before`, ranked.
 std::vector<RankedCandidate> ranked_sets(const Evidence& evidence, const std::vector<CandidateEvidence>& sets,
                                          const CandidateEvidence& before, const Thresholds& thresholds);
-
-/// Whether what a set of two or more effects leaves is worth the search for one more: much of the gap, or anything that
-/// enters at none of their places.
-bool worth_another(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
 
 /// Other parameters that leave their tolerances although that of the freed one is free, as "NAME (-7.4 tolerances)", or
 /// nothing. Where a law's bend is wrong, all that shapes its element bends with it.

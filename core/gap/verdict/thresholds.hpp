@@ -42,6 +42,8 @@ struct Thresholds {
   double turned = 1.0 / 3;
   double worth_second = 0.06;
   double worth_pair = 0.1;
+  double much_left = 1;
+  double of_rest = 0.1;
   // Doubt in a name.
   double held = 0.97;
   double held_slope = 1.2;
@@ -116,6 +118,11 @@ struct Thresholds {
           judgement, "forms of another formula leave up to so much");
     visit("worth_pair", worth_pair, "-", "share of the gap that the larger of two effects removes alone", judgement,
           "of two effects one is the larger");
+    visit("much_left", much_left, "reduced chi2 - 1", "what is left, likewise, however little of the gap that is",
+          judgement, "as much as the noise");
+    visit("of_rest", of_rest, "-",
+          "share that further effects may leave of what an effect's form may leave, to be named all the same",
+          judgement, "by chance an effect that is not there follows the error of a form in part, and not nearly whole");
     visit("held", held, "-", "probability that the catalogue holds what explains a gap whole", judgement,
           "thirty families against what a rig may have");
     visit("held_slope", held_slope, "-", "what an unexplained share takes from it", judgement,

@@ -244,10 +244,14 @@ bool added(const Plant& nominal, const Plant& plant, const std::string& location
                      named);
 }
 
+bool has_effect(const Hypothesis& base, const std::string& name) {
+  return std::any_of(base.effects.begin(), base.effects.end(),
+                     [&](const EffectCandidate& other) { return name_of(other) == name; });
+}
+
 /// True if a hypothesis has the effect already, or moves one of its parameters.
 bool moved_by(const Hypothesis& base, const EffectCandidate& candidate) {
-  return std::any_of(base.effects.begin(), base.effects.end(),
-                     [&](const EffectCandidate& other) { return name_of(other) == name_of(candidate); }) ||
+  return has_effect(base, name_of(candidate)) ||
          std::any_of(candidate.parameters.begin(), candidate.parameters.end(), [&](const FitParameter& own) {
            return std::any_of(base.parameters.begin(), base.parameters.end(),
                               [&](const FitParameter& other) { return other.name == own.name; });
@@ -524,7 +528,8 @@ std::vector<Hypothesis> fit_shortlist(const Study& study, const Hypothesis& base
   for (std::size_t i = 0; i < fits.size(); ++i)
     if (done[i]) {
       const std::vector<EffectCandidate> names = under_all_names(fits[i].effects.back());
-      for (std::size_t k = 1; k < names.size(); ++k) list.push_back(renamed(fits[i], names[k]));
+      for (std::size_t k = 1; k < names.size(); ++k)
+        if (!has_effect(base, name_of(names[k]))) list.push_back(renamed(fits[i], names[k]));
       list.push_back(std::move(fits[i]));
     }
   std::stable_sort(list.begin(), list.end(), by_chi2);

@@ -144,7 +144,7 @@ Candidates find_pairs(const Search& search, const Changes& changes, Evidence& ev
       evidence.singles[index].left_at_place = singles.evidence[index].left_at_place =
           left_at_place(search, singles.fits[index]);
     const CandidateEvidence first = evidence.singles[index];
-    if (!worth_second(evidence, first, search.thresholds)) return pairs;
+    if (!worth_another(evidence, first, search.thresholds)) return pairs;
     pairs.fits = pairs_of(search, ranked, known, singles.fits);
     if (pairs.fits.empty()) return pairs;
     for (const Hypothesis& pair : pairs.fits) pairs.evidence.push_back(evidence_of(search, pair));
@@ -177,7 +177,7 @@ bool add_larger(const Search& search, const Hypothesis& known, CandidateEvidence
                 Candidates& larger) {
   if (known.effects.size() >= search.effort.most_effects) return false;
   Hypothesis base = known;
-  if (asks_left_at_places(evidence, before, search.thresholds)) before.left_at_place = left_at_place(search, base);
+  if (asks_left_at_place(evidence, before, search.thresholds)) before.left_at_place = left_at_place(search, base);
   if (!worth_another(evidence, before, search.thresholds)) return false;
   std::string names;
   for (const EffectCandidate& effect : known.effects) names += (names.empty() ? "" : " and ") + name_of(effect);
