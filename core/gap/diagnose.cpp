@@ -90,7 +90,7 @@ FollowUp follow_up(const Investigation& found, Hypothesis& answer, const Thresho
   const Effects& effects = std::get<Effects>(verdict.answer);
   if (effects.count < 2 || effects.parameter) return out;
   std::vector<Hypothesis> known = found.singles.fits;
-  known.insert(known.end(), found.pairs.alone.begin(), found.pairs.alone.end());
+  known.insert(known.end(), found.sets.pairs.alone.begin(), found.sets.pairs.alone.end());
   out.shares = effect_shares(study, search.retuned, answer, known);
   return out;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/gap/evidence/instrument_faults.hpp"
 #include "core/gap/verdict/posterior.hpp"
@@ -128,9 +129,15 @@ double farthest(const PlantFit& fit, std::size_t count) {
   return own > 0 ? fit.theta.head(own).cwiseAbs().maxCoeff() : 0;
 }
 
+std::string names_of(const Hypothesis& hypothesis) {
+  std::string names;
+  for (const EffectCandidate& effect : hypothesis.effects) names += name_of(effect) + " ";
+  return names;
+}
+
 /// The list in which the effects of an answer stand.
 Candidates& candidates_of(Investigation& found, const Effects& effects) {
-  return effects.count == 1 ? found.singles : effects.count == 2 ? found.pairs : found.larger;
+  return effects.count == 1 ? found.singles : found.sets.of(effects.count);
 }
 
 /// What they tell, in the evidence.
@@ -156,22 +163,46 @@ void judge(const Setting& setting, const Changes& changes, Investigation& found)
   Evidence& evidence = found.evidence;
   evidence.singles = found.singles.evidence;
   evidence.pairs.clear();
-  found.pairs = find_pairs(*found.search, changes, evidence, found.singles);
-  evidence.pairs = found.pairs.evidence;
+  found.sets.pairs = find_pairs(*found.search, changes, evidence, found.singles);
+  evidence.pairs = found.sets.pairs.evidence;
   found.verdict = decide(evidence, setting.options.thresholds);
 }
 
-/// A third effect beside an answer of two, and so on, as long as one more is needed.
+/// The pair that leaves least but one of those not yet grown, if that is not far more; the number of pairs for none.
+std::size_t runner_up(const Investigation& found, const std::set<std::string>& grown) {
+  const std::vector<Hypothesis>& pairs = found.sets.pairs.fits;
+  const double floor = found.evidence.samples;
+  std::size_t best = pairs.size(), least = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (pairs[i].chi2 < pairs[least].chi2) least = i;
+    if (!grown.contains(names_of(pairs[i])) && (best == pairs.size() || pairs[i].chi2 < pairs[best].chi2)) best = i;
+  }
+  const double far = found.search->effort.far_behind;
+  return best < pairs.size() && pairs[best].chi2 - floor < far * (pairs[least].chi2 - floor) ? best : pairs.size();
+}
+
+/// A third effect beside two, and so on, as long as one more is needed; where much is left in the end, once beside
+/// another pair as well.
 void judge_larger(const Setting& setting, Investigation& found) {
-  for (std::size_t count = 2;; ++count) {
-    const Effects largest = found.verdict.largest;
-    if (!is<Effects>(found.verdict) || largest.count < count) return;
-    const Hypothesis fit = candidates_of(found, largest).fits[largest.candidate];
-    CandidateEvidence before = evidence_of(found, largest);
-    const bool any = add_larger(*found.search, fit, before, found.evidence, found.larger);
-    evidence_of(found, largest) = std::move(before);
-    if (!any) return;
-    found.verdict = decide(found.evidence, setting.options.thresholds);
+  Evidence& evidence = found.evidence;
+  const Thresholds& thresholds = setting.options.thresholds;
+  std::set<std::string> grown;  // or tried in vain
+  for (int k = 0; k < setting.options.effort.growths; ++k) {
+    Effects next = found.verdict.largest;
+    if (next.count < 2) return;
+    const auto* effects = std::get_if<Effects>(&found.verdict.answer);
+    const bool pending = effects == nullptr || effects->count < next.count;
+    if (pending && !(candidate_of(evidence, next).chi2 / evidence.samples - 1 > thresholds.much_left)) return;
+    if (grown.contains(names_of(candidates_of(found, next).fits[next.candidate]))) {
+      const double left = candidate_of(evidence, next).chi2 / evidence.samples - 1;
+      next = {2, runner_up(found, grown), false};
+      if (!(left > thresholds.much_left) || next.candidate == found.sets.pairs.fits.size()) return;
+    }
+    grown.insert(names_of(candidates_of(found, next).fits[next.candidate]));
+    grow(*found.search, evidence, next.count, next.candidate, pending, found.sets);
+    evidence.pairs = found.sets.pairs.evidence;
+    evidence.larger = found.sets.larger.evidence;
+    found.verdict = decide(evidence, thresholds);
   }
 }
 
@@ -282,7 +313,7 @@ double dispersion_needed(const Investigation& found, const Setting& setting) {
   if (!found.evidence.cannot_follow.empty() || !explains_little(found.evidence, found.verdict, setting.options.effort))
     return 1;
   const Hypothesis* best = &found.base.retuned;
-  for (const auto* list : {&found.singles.fits, &found.pairs.fits, &found.larger.fits, &found.freed.fits})
+  for (const auto* list : {&found.singles.fits, &found.sets.pairs.fits, &found.sets.larger.fits, &found.freed.fits})
     for (const Hypothesis& own : *list)
       if (own.chi2 < best->chi2) best = &own;
   if (!(best->fit.misfit > setting.options.effort.beyond_noise) || !(far(found.base.retuned) || far(*best))) return 1;

@@ -29,7 +29,8 @@ struct Investigation {
   std::optional<Search> search;
   Evidence evidence;
   Verdict verdict;
-  Candidates singles, pairs, larger;
+  Candidates singles;
+  EffectSets sets;
   Candidates beside;  ///< the answer with parameters set free
   FreedParameters freed;
   Hypothesis* answer = nullptr;  ///< the plant of the verdict; null where it is none

@@ -131,11 +131,12 @@ bool one_stands_out(const Case& c, Verdict& verdict) {
 
 // --- effects ------------------------------------------------------------------------------------------------------
 
-/// The first effect, or a set of effects that grew from it by one.
+/// The best single effect, or the best set of so many.
 struct Level {
   const CandidateEvidence* candidate = nullptr;
   std::size_t index = 0;                ///< in the list of the evidence that holds sets of this size
-  std::vector<CandidateEvidence> sets;  ///< all that grew from the level before
+  bool needed = true;                   ///< none of its effects can be spared
+  std::vector<CandidateEvidence> sets;  ///< all of this size
   std::vector<RankedCandidate> ranked;  ///< these
 };
 
@@ -156,48 +157,41 @@ std::vector<LocationProbability> locations_of_sets(const Case& c, const std::vec
   return locations;
 }
 
-/// The sets that hold one effect more than another one: their numbers in the list of that size.
-std::vector<std::size_t> grown_from(const Evidence& e, const CandidateEvidence& before) {
-  std::vector<std::size_t> members;
-  if (before.effects.size() == 1) {
-    members.resize(e.pairs.size());
-    std::iota(members.begin(), members.end(), std::size_t{0});
-    return members;
-  }
-  const auto same = [](const EffectEvidence& a, const EffectEvidence& b) { return a.name() == b.name(); };
-  for (std::size_t i = 0; i < e.larger.size(); ++i)
-    if (e.larger[i].effects.size() == before.effects.size() + 1 &&
-        std::equal(before.effects.begin(), before.effects.end(), e.larger[i].effects.begin(), same))
-      members.push_back(i);
-  return members;
-}
-
-/// The best set that grew from another one, if it leaves so much less, and none of its effects can be spared.
+/// The best set of one effect more, if it leaves less.
 std::optional<Level> grown(const Case& c, const CandidateEvidence& before) {
   const Evidence& e = c.evidence;
-  const std::vector<std::size_t> members = grown_from(e, before);
-  if (members.empty() || !worth_another(e, before, c.thresholds)) return {};
+  const bool pairs = before.effects.size() == 1;
+  if (pairs && !worth_another(e, before, c.thresholds)) return {};
   Level level;
-  const auto& list = before.effects.size() == 1 ? e.pairs : e.larger;
-  for (const std::size_t member : members) level.sets.push_back(list[member]);
+  const auto& list = pairs ? e.pairs : e.larger;
+  std::vector<std::size_t> members;  // of the list
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (list[i].effects.size() != before.effects.size() + 1) continue;
+    members.push_back(i);
+    level.sets.push_back(list[i]);
+  }
+  if (members.empty()) return {};
   level.ranked = ranked_sets(e, level.sets, before, c.thresholds);
   level.index = members[level.ranked.front().index];
   level.candidate = &list[level.index];
   const CandidateEvidence& set = *level.candidate;
   const std::size_t last = set.effects.size() - 1;
-  if (!effect_needed(e, set, last, before.chi2, c.thresholds)) return {};
+  const double removes = before.chi2 - set.chi2;
+  if (!(removes > std::max(c.thresholds.grows * (before.chi2 - e.samples), c.thresholds.notice * chance_of(e))))
+    return {};
   // Where the error of a form enters, another effect is no more than a better form.
   if (shares_place(set, last) && within_form(e, before, c.thresholds)) return {};
+  level.needed = effect_needed(e, set, last, before.chi2, c.thresholds);
   for (std::size_t i = 0; i <= last; ++i) {
     const double without = last == 1                     ? set.alone_chi2[1 - i]
                            : i < set.without_chi2.size() ? set.without_chi2[i]
                                                          : kUnknown;
-    if (std::isfinite(without) && !effect_needed(e, set, i, without, c.thresholds)) return {};
+    level.needed = level.needed && (!std::isfinite(without) || effect_needed(e, set, i, without, c.thresholds));
   }
   return level;
 }
 
-/// A first effect and what grew from it.
+/// A single effect and the sets of one effect more each.
 std::vector<Level> levels_of(const Case& c, std::size_t single) {
   std::vector<Level> levels(1);
   levels[0].candidate = &c.evidence.singles[single];
@@ -206,7 +200,8 @@ std::vector<Level> levels_of(const Case& c, std::size_t single) {
   return levels;
 }
 
-/// How many of the levels are named. What may be the error of a form is explained nearly whole, or not at all.
+/// How many of the levels are named: up to the largest set that can spare none of its effects. What may be the error of
+/// a form is explained nearly whole, or not at all.
 std::size_t named_levels(const Case& c, const std::vector<Level>& levels) {
   const double floor = c.evidence.samples;
   for (std::size_t count = levels.size(); count > 1; --count) {
@@ -216,20 +211,26 @@ std::size_t named_levels(const Case& c, const std::vector<Level>& levels) {
           return !within_form(c.evidence, *before.candidate, c.thresholds) ||
                  left < c.thresholds.of_rest * (before.candidate->chi2 - floor);
         });
-    if (whole) return count;
+    if (whole && levels[count - 1].needed) return count;
   }
   return 1;
 }
 
-/// Names the effect by which a level grew, beside those before it.
-void name_effect(const Case& c, const Level& level, Verdict& verdict) {
+/// Names the effects of a level, in their order, before all other suspects.
+void name_effects(const Case& c, const Level& level, Verdict& verdict) {
   const CandidateEvidence& set = *level.candidate;
   const std::size_t last = set.effects.size() - 1;
   verdict.named.clear();
   for (const EffectEvidence& effect : set.effects) verdict.named.push_back(effect.name());
-  const auto first = std::find_if(verdict.suspects.begin(), verdict.suspects.end(),
-                                  [&](const Suspect& suspect) { return suspect.name() == verdict.named.front(); });
-  if (first != verdict.suspects.end()) std::rotate(verdict.suspects.begin(), first, first + 1);
+  for (std::size_t i = 0; i < last; ++i) {
+    const auto place = verdict.suspects.begin() + static_cast<std::ptrdiff_t>(i);
+    const auto own = std::find_if(place, verdict.suspects.end(),
+                                  [&](const Suspect& suspect) { return suspect.name() == verdict.named[i]; });
+    if (own != verdict.suspects.end())
+      std::rotate(place, own, own + 1);
+    else
+      verdict.suspects.insert(place, suspect_of(set, set.effects[i], 0));
+  }
   verdict.locations = locations_of_sets(c, level.sets, level.ranked, verdict.named.front());
   // A pair stands there in either order, and alone its two effects had shared what they now have together.
   const auto sure_of = [&](const EffectEvidence& effect) {
@@ -382,7 +383,7 @@ Verdict decide_effects(const Case& c, const std::vector<RankedCandidate>& ranked
   add_ambiguous(c, ranked, verdict);
   const std::vector<Level> levels = levels_of(c, first->index);
   const std::size_t named = named_levels(c, levels);
-  for (std::size_t i = 1; i < named; ++i) name_effect(c, levels[i], verdict);
+  for (std::size_t i = 1; i < named; ++i) name_effects(c, levels[i], verdict);
   const Level& answer = levels[named - 1];
   verdict.largest = {levels.size(), levels.back().index, false};
   verdict.answer = Effects{named, answer.index, false};

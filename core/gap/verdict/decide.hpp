@@ -17,11 +17,11 @@
 /// |     | `considered`, the first with which                                                 |                |
 /// | 2a  |   free the gap closes, all others within `not_home`                                | Parameters     |
 /// | 2b  |   otherwise, and no effect alone closes the gap                                    | row 4          |
-/// | 3   | an effect is the most probable; another one is named beside it if both remove      |                |
-/// |     | `second` of what the first leaves and either alone is not enough; a third beside   |                |
-/// |     | these if no two of the three are enough, and so on; of what may be the error of a  |                |
-/// |     | form (at most `worth_second` of the gap, entering at its place) further effects,   |                |
-/// |     | at other places, have to leave less than `of_rest`; then                           |                |
+/// | 3   | an effect is the most probable; sets grow from it as long as another effect        |                |
+/// |     | removes `grows` of what is left; named is the largest set of which each effect     |                |
+/// |     | removes `second` of what the others leave; of what may be the error of a form      |                |
+/// |     | (at most `worth_second` of the gap, entering at its place) further effects, at     |                |
+/// |     | other places, have to leave less than `of_rest`; then                              |                |
 /// | 3a  |   a defining size is odd, but the effect explains the gap (`explains_well`)        | AtPlace, there |
 /// | 3b  |   it explains too little, its place is wrong, or its size odd; and                 |                |
 /// |     |   gap left <= `too_small`, no parameter bent beyond `out_of_tolerance`             | NoGap          |

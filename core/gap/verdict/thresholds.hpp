@@ -44,6 +44,7 @@ struct Thresholds {
   double worth_pair = 0.1;
   double much_left = 1;
   double of_rest = 0.1;
+  double grows = 0.25;
   // Doubt in a name.
   double held = 0.97;
   double held_slope = 1.2;
@@ -123,6 +124,9 @@ struct Thresholds {
     visit("of_rest", of_rest, "-",
           "share that further effects may leave of what an effect's form may leave, to be named all the same",
           judgement, "by chance an effect that is not there follows the error of a form in part, and not nearly whole");
+    visit("grows", grows, "-",
+          "share of what is left that a further effect removes at least, for sets with it to be grown further",
+          judgement, "of four effects of one size the first to be found removes a quarter");
     visit("held", held, "-", "probability that the catalogue holds what explains a gap whole", judgement,
           "thirty families against what a rig may have");
     visit("held_slope", held_slope, "-", "what an unexplained share takes from it", judgement,

@@ -58,7 +58,7 @@ struct LocationProbability {
 
 struct Verdict {
   Answer answer;
-  Effects largest;  ///< of an answer of effects: the largest set that grew from its first one, named whole or not
+  Effects largest;  ///< the largest set of effects that was grown from the next smaller one, named whole or not
   std::string row;  ///< of the decision table that gave it, as "4a"
   std::string why;  ///< that row in words
   std::string message;

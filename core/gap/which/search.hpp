@@ -46,6 +46,7 @@ struct SearchEffort {
   Index finished_pairs = 3;        ///< of the quick fits of pairs, the best that are fitted on to the end
   int searches = 2;                ///< for a second effect, where the first one's fit became better by it
   std::size_t most_effects = 4;    ///< in an answer
+  int growths = 4;                 ///< searches for a further effect beside two or more
 
   /// Calls visit(name, value).
   template <class V>
@@ -76,6 +77,7 @@ struct SearchEffort {
     visit("finished_pairs", finished_pairs);
     visit("searches", searches);
     visit("most_effects", most_effects);
+    visit("growths", growths);
   }
 };
 
@@ -159,11 +161,19 @@ std::vector<Hypothesis> free_beside(const Search& search, const std::vector<Tole
 /// @return the pairs, ascending by chi2; none where no second effect is worth a search
 Candidates find_pairs(const Search& search, const Changes& changes, Evidence& evidence, Candidates& singles);
 
+/// Sets of two effects, and of more.
+struct EffectSets {
+  Candidates pairs, larger;
+  Candidates& of(std::size_t count) { return count == 2 ? pairs : larger; }
+};
+
 /// Looks for one more effect beside two or more, where what they leave is worth it, and refits the best set without
-/// each of its effects.
-/// @param known the fit of the effects so far   @param before what it tells; gets what is left at their places
-/// @param larger gets the sets, and the evidence its part   @return false if there was none
-bool add_larger(const Search& search, const Hypothesis& known, CandidateEvidence& before, Evidence& evidence,
-                Candidates& larger);
+/// each of its effects. Where one of these can be spared, the set without it joins those of its size (sequential
+/// floating forward selection: Pudil, Novovicova and Kittler 1994, Pattern Recognition Letters 15, 1119).
+/// @param number of the set that grows, among `sets.of(count)`; its evidence gets what is left at its places
+/// @param pending the set is not named without more, so that anything above chance is worth it
+/// @return false if there was none
+bool grow(const Search& search, const Evidence& evidence, std::size_t count, std::size_t number, bool pending,
+          EffectSets& sets);
 
 }  // namespace wheelhop

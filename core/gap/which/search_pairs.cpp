@@ -173,35 +173,57 @@ Candidates find_pairs(const Search& search, const Changes& changes, Evidence& ev
   return pairs;
 }
 
-bool add_larger(const Search& search, const Hypothesis& known, CandidateEvidence& before, Evidence& evidence,
-                Candidates& larger) {
-  if (known.effects.size() >= search.effort.most_effects) return false;
-  Hypothesis base = known;
+namespace {
+
+/// A set that lost an effect, as one of its size. Of a pair either effect is fitted alone.
+CandidateEvidence evidence_of_rest(const Search& search, const Hypothesis& rest) {
+  CandidateEvidence told = evidence_of(search, rest);
+  if (rest.effects.size() != 2) return told;
+  for (const std::size_t kept : {0U, 1U}) {
+    const Hypothesis alone = fit_subset(search.study, search.retuned, rest, std::size_t{1} << kept);
+    if (!alone.fit.error.empty()) told.alone_chi2[kept] = alone.chi2;
+  }
+  return told;
+}
+
+}  // namespace
+
+bool grow(const Search& search, const Evidence& evidence, std::size_t count, std::size_t number, bool pending,
+          EffectSets& sets) {
+  if (count >= search.effort.most_effects) return false;
+  Hypothesis base = sets.of(count).fits[number];
+  CandidateEvidence& before = sets.of(count).evidence[number];
   if (asks_left_at_place(evidence, before, search.thresholds)) before.left_at_place = left_at_place(search, base);
-  if (!worth_another(evidence, before, search.thresholds)) return false;
+  const bool above_chance = before.chi2 - evidence.samples > search.thresholds.notice * chance_of(evidence);
+  if (!worth_another(evidence, before, search.thresholds) && !(pending && above_chance)) return false;
   std::string names;
-  for (const EffectCandidate& effect : known.effects) names += (names.empty() ? "" : " and ") + name_of(effect);
+  for (const EffectCandidate& effect : base.effects) names += (names.empty() ? "" : " and ") + name_of(effect);
   if (search.step) search.step("a further effect beside " + names);
   std::vector<Hypothesis> found = beside(search, base, {});
-  finish(search.study, known.chi2, static_cast<std::size_t>(search.effort.finished_pairs), found);
+  finish(search.study, before.chi2, static_cast<std::size_t>(search.effort.finished_pairs), found);
   if (found.empty()) return false;
   std::vector<CandidateEvidence> told;
   for (const Hypothesis& set : found) told.push_back(evidence_of(search, set));
   const std::size_t best = ranked_sets(evidence, told, before, search.thresholds).front().index;
-  const std::size_t count = found[best].effects.size(), last = count - 1;
-  // Backward elimination, as of pairs.
   std::vector<double>& without = told[best].without_chi2;
-  without.assign(count, kUnknown);
-  without[last] = before.chi2;
-  if (effect_needed(evidence, told[best], last, before.chi2, search.thresholds))
-    tbb::parallel_for(std::size_t{0}, last, [&](std::size_t i) {
-      const std::size_t all = (std::size_t{1} << count) - 1;
-      const Hypothesis others = fit_subset(search.study, search.retuned, found[best], all ^ std::size_t{1} << i);
-      if (!others.fit.error.empty()) without[i] = others.chi2;
+  without.assign(count + 1, kUnknown);
+  without[count] = before.chi2;
+  if (told[best].chi2 < before.chi2) {
+    std::vector<Hypothesis> rests(count);
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+      const std::size_t all = (std::size_t{2} << count) - 1;
+      rests[i] = fit_subset(search.study, search.retuned, found[best], all ^ std::size_t{1} << i);
     });
-  std::move(found.begin(), found.end(), std::back_inserter(larger.fits));
-  std::move(told.begin(), told.end(), std::back_inserter(larger.evidence));
-  evidence.larger = larger.evidence;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (rests[i].fit.error.empty()) continue;
+      without[i] = rests[i].chi2;
+      if (effect_needed(evidence, told[best], i, without[i], search.thresholds)) continue;
+      sets.of(count).evidence.push_back(evidence_of_rest(search, rests[i]));
+      sets.of(count).fits.push_back(std::move(rests[i]));
+    }
+  }
+  std::move(found.begin(), found.end(), std::back_inserter(sets.larger.fits));
+  std::move(told.begin(), told.end(), std::back_inserter(sets.larger.evidence));
   return true;
 }
 
