@@ -305,7 +305,7 @@ struct Evidence {
   std::vector<FreedEvidence> freed;  ///< parameters set free in the plant without effects
   std::vector<CandidateEvidence> singles;  ///< ascending by chi2
   std::vector<CandidateEvidence> pairs;    ///< of the last search for a second effect, ascending by chi2
-  std::vector<CandidateEvidence> larger;   ///< a third effect beside the pair that was named, then a fourth, and so on
+  std::vector<CandidateEvidence> larger;   ///< sets of three effects and more
   std::vector<LatticeEvidence> lattices;
   std::vector<MotionShare> motion;
   template <class V>
