@@ -129,6 +129,7 @@ double farthest(const PlantFit& fit, std::size_t count) {
   return own > 0 ? fit.theta.head(own).cwiseAbs().maxCoeff() : 0;
 }
 
+/// What a set of effects is known by: their names in the order in which they were added.
 std::string names_of(const Hypothesis& hypothesis) {
   std::string names;
   for (const EffectCandidate& effect : hypothesis.effects) names += name_of(effect) + " ";
@@ -168,7 +169,8 @@ void judge(const Setting& setting, const Changes& changes, Investigation& found)
   found.verdict = decide(evidence, setting.options.thresholds);
 }
 
-/// The pair that leaves least but one of those not yet grown, if that is not far more; the number of pairs for none.
+/// The pair that leaves least of those not in `grown`, if it does not leave far more than the best one; the number of
+/// pairs for none.
 std::size_t runner_up(const Investigation& found, const std::set<std::string>& grown) {
   const std::vector<Hypothesis>& pairs = found.sets.pairs.fits;
   const double floor = found.evidence.samples;
@@ -192,12 +194,11 @@ void judge_larger(const Setting& setting, Investigation& found) {
     if (next.count < 2) return;
     const auto* effects = std::get_if<Effects>(&found.verdict.answer);
     const bool pending = effects == nullptr || effects->count < next.count;
-    if (pending && !(candidate_of(evidence, next).chi2 / evidence.samples - 1 > thresholds.much_left)) return;
-    if (grown.contains(names_of(candidates_of(found, next).fits[next.candidate]))) {
-      const double left = candidate_of(evidence, next).chi2 / evidence.samples - 1;
-      next = {2, runner_up(found, grown), false};
-      if (!(left > thresholds.much_left) || next.candidate == found.sets.pairs.fits.size()) return;
-    }
+    const bool again = grown.contains(names_of(candidates_of(found, next).fits[next.candidate]));
+    const double left = candidate_of(evidence, next).chi2 / evidence.samples - 1;
+    if ((pending || again) && !(left > thresholds.much_left)) return;
+    if (again) next = {2, runner_up(found, grown), false};
+    if (next.candidate == candidates_of(found, next).fits.size()) return;  // no other pair
     grown.insert(names_of(candidates_of(found, next).fits[next.candidate]));
     grow(*found.search, evidence, next.count, next.candidate, pending, found.sets);
     evidence.pairs = found.sets.pairs.evidence;

@@ -53,7 +53,7 @@ bool same_form(const EffectCandidate& a, const EffectCandidate& b);
 using CandidateList = std::function<std::vector<EffectCandidate>(const Plant&, const Operation&)>;
 
 /// Share of its cost by which a step of a quick fit lowers it at least, or the fit ends: fits that differ by less are
-/// not told apart by quick ones.
+/// not told apart by quick ones. A judgement.
 inline constexpr double kQuickDecrease = 2e-3;
 
 /// The solvers of least squares, by how much a fit is worth. Simulations are nearly all of the cost, and a
