@@ -1,6 +1,7 @@
 #include "core/base/linalg.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <limits>
 
 namespace wheelhop {
@@ -49,6 +50,23 @@ Matrix cholesky_lower(ConstMatrixRef S) {
 Matrix symmetric_sqrt(ConstMatrixRef S) {
   const SymmetricEigen e = symmetric_eigen(S);
   return e.vectors * e.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * e.vectors.transpose();
+}
+
+Matrix stacked(ConstMatrixRef top, ConstMatrixRef bottom) {
+  Matrix both(top.rows() + bottom.rows(), top.cols());
+  both << top, bottom;
+  return both;
+}
+
+Matrix covariance_of(ConstMatrixRef samples) {
+  constexpr Index block = 256;  // samples; no copy of a long record is made
+  const Vector mean = samples.rowwise().mean();
+  Matrix sum = Matrix::Zero(samples.rows(), samples.rows());
+  for (Index first = 0; first < samples.cols(); first += block) {
+    const Matrix centred = samples.middleCols(first, std::min(block, samples.cols() - first)).colwise() - mean;
+    sum.noalias() += centred * centred.transpose();
+  }
+  return sum / static_cast<double>(samples.cols());
 }
 
 }  // namespace wheelhop

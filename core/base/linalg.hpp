@@ -96,6 +96,13 @@ Matrix symmetric_sqrt(ConstMatrixRef S);
 /// Matrix exponential.
 Matrix matrix_exponential(ConstMatrixRef A);
 
+/// [top; bottom], of equally many columns.
+Matrix stacked(ConstMatrixRef top, ConstMatrixRef bottom);
+
+/// Covariance (d x d) of samples, one a column (d x N), about their mean and divided by N; block by block, about the
+/// mean that was taken before.
+Matrix covariance_of(ConstMatrixRef samples);
+
 /// True if every entry is finite.
 template <class Derived>
 bool all_finite(const Eigen::DenseBase<Derived>& M) {

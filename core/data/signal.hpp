@@ -28,4 +28,19 @@ struct Signal {
   Index output_count() const { return y.rows(); }
 };
 
+/// What a method reads of a record or of a part of it, borrowed.
+struct SignalView {
+  ConstMatrixRef u, y;  ///< m x N, p x N
+  double sample_time_s;
+  Index skip;  ///< leading samples left out of every score
+
+  SignalView(const Signal& signal) : SignalView(signal, signal.samples()) {}
+  /// Its first `samples`.
+  SignalView(const Signal& signal, Index samples)
+      : u(signal.u.leftCols(samples)),
+        y(signal.y.leftCols(samples)),
+        sample_time_s(signal.sample_time_s),
+        skip(signal.skip) {}
+};
+
 }  // namespace wheelhop

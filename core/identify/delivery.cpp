@@ -77,7 +77,7 @@ struct Scaled {
   Vector y_deviation;  // in units of y_scale
 };
 
-Scaled scale(const std::vector<Signal>& records, Channels& channels) {
+Scaled scale(std::vector<Signal> records, Channels& channels) {
   const Moments of_u = moments(records, &Signal::u), of_y = moments(records, &Signal::y);
   channels.u_offset = large_offsets(of_u);
   channels.u_scale = scale_of(of_u, channels.u_offset);
@@ -85,12 +85,13 @@ Scaled scale(const std::vector<Signal>& records, Channels& channels) {
   channels.y_scale = scale_of(of_y, y_offset);
   channels.delay.assign(static_cast<std::size_t>(of_u.mean.size()), 0);
   const auto y_scale = channels.y_scale.cwiseInverse().asDiagonal();
-  Scaled result{records, y_scale * y_offset, y_scale * of_y.deviation};
-  for (Signal& record : result.records) {
-    record.u = channels.u_scale.cwiseInverse().asDiagonal() * (record.u.colwise() - channels.u_offset);
-    record.y = y_scale * (record.y.colwise() - y_offset);
+  for (Signal& record : records) {
+    record.u.colwise() -= channels.u_offset;
+    record.u.array().colwise() /= channels.u_scale.array();
+    record.y.colwise() -= y_offset;
+    record.y.array().colwise() /= channels.y_scale.array();
   }
-  return result;
+  return {std::move(records), y_scale * y_offset, y_scale * of_y.deviation};
 }
 
 /// Inputs as they act; outputs and skipped samples from the sample on at which all inputs are known.
@@ -102,11 +103,16 @@ void delay_inputs(Signal& record, const std::vector<Index>& delay) {
   record.skip = std::max<Index>(0, record.skip - last);
 }
 
-Signal first_part(const Signal& record, Index samples) {
-  Signal part = record;
-  part.u = record.u.leftCols(samples);
-  part.y = record.y.leftCols(samples);
-  return part;
+/// y - y_hat of the samples [from, N), p x (N - from). @return false where the free run leaves the state guard
+bool free_run_errors(const NonlinearModel& model, const Vector& x0, const Signal& record, Index from, Matrix& errors) {
+  errors = record.y.rightCols(record.samples() - from);
+  return free_run_in_blocks(model, record.u, x0,
+                            [&](const FreeRunBlock& block) {
+                              const Index drop = std::max<Index>(from - block.first, 0), count = block.y.cols() - drop;
+                              if (count > 0)
+                                errors.middleCols(block.first + drop - from, count) -= block.y.rightCols(count);
+                            }) < 0 &&
+         all_finite(errors);
 }
 
 /// What the candidates are fitted to and compared on.
@@ -160,13 +166,11 @@ class Comparison {
     candidate.block_logs.clear();
     Vector share = Vector::Zero(p);
     for (std::size_t i = 0; i < records_.size(); ++i) {
-      const FreeRun run = free_run(candidate.model, records_[i].u, candidate.x0[i]);
-      candidate.stopped = candidate.stopped || run.status != Status::ok || !all_finite(run.y);
-      const Index held_out = records_[i].samples() - from(i);
-      share += static_cast<double>(held_out) *
-               residual_share((records_[i].y - run.y).rightCols(held_out), records_[i].u.rightCols(held_out));
-      for (Index k = from(i); k < records_[i].samples(); ++k) {
-        const Vector error = (records_[i].y.col(k) - run.y.col(k)).cwiseQuotient(deviation_);
+      Matrix errors;
+      if (!free_run_errors(candidate.model, candidate.x0[i], records_[i], from(i), errors)) candidate.stopped = true;
+      share += static_cast<double>(errors.cols()) * residual_share(errors, records_[i].u.rightCols(errors.cols()));
+      for (Index k = 0; k < errors.cols(); ++k) {
+        const Vector error = errors.col(k).cwiseQuotient(deviation_);
         in_block += error.cwiseAbs2();
         ++samples;
         if (++block_samples < block_) continue;
@@ -263,10 +267,11 @@ Vector unexplained_by(const NonlinearModel& model, const std::vector<Vector>& x0
   double samples = 0;
   for (std::size_t i = 0; i < records.size(); ++i) {
     const Signal& record = records[i];
-    const Index kept = record.samples() - record.skip;
-    const FreeRun run = free_run(model, record.u, x0[i]);
-    sum += static_cast<double>(kept) * residual_share((record.y - run.y).rightCols(kept), record.u.rightCols(kept));
-    samples += static_cast<double>(kept);
+    Matrix errors;
+    free_run_errors(model, x0[i], record, record.skip, errors);
+    const auto kept = static_cast<double>(errors.cols());
+    sum += kept * residual_share(errors, record.u.rightCols(errors.cols()));
+    samples += kept;
   }
   return sum / samples;
 }
@@ -279,7 +284,7 @@ Split find_split(const std::vector<Signal>& records, const DeliveryOptions& opti
 
 /// The pipeline's runs on the fitted part and the candidates they give.
 struct Trials {
-  const Signal fitted;
+  const SignalView fitted;
   const std::vector<Signal>& records;
   const Split& split;
   const Comparison& comparison;
@@ -293,7 +298,7 @@ struct Trials {
 
   Trials(const std::vector<Signal>& all, const Split& parts, const Comparison& compare, const DeliveryOptions& wanted,
          const Pieces& borrowed, Random& guesses)
-      : fitted(first_part(all[parts.longest], parts.samples[parts.longest])),
+      : fitted(all[parts.longest], parts.samples[parts.longest]),
         records(all),
         split(parts),
         comparison(compare),
@@ -455,10 +460,9 @@ Index initial_state_span(const LinearModel& model, Index samples) {
   return std::max<Index>(std::min(std::max<Index>(span, 100), samples / 4), 1);
 }
 
-Delivery deliver(const std::vector<Signal>& records, const DeliveryOptions& options, const Pieces& pieces,
-                 Random& random) {
+Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, const Pieces& pieces, Random& random) {
   Delivery result;
-  Scaled scaled = scale(records, result.channels);
+  Scaled scaled = scale(std::move(records), result.channels);
   Split parts = find_split(scaled.records, options, pieces);
   if (options.search) {
     const Index samples = parts.samples[parts.longest];

@@ -75,7 +75,6 @@ Index initial_state_span(const LinearModel& model, Index samples);
 ///
 /// @param records of one set of channels, at least one   @param pieces subspace is not used where `search` is given
 /// Cost: that of the pipeline, once or twice and once for every other order, and one refinement on all records.
-Delivery deliver(const std::vector<Signal>& records, const DeliveryOptions& options, const Pieces& pieces,
-                 Random& random);
+Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, const Pieces& pieces, Random& random);
 
 }  // namespace wheelhop

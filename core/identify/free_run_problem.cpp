@@ -31,14 +31,19 @@ class FreeRunProblem final : public ResidualProblem {
   }
 
   bool residual(ConstVectorRef theta, VectorRef r) const override {
-    NonlinearModel model = model_;
-    Vector x0;
-    unpack(theta, model, x0);
-    const FreeRun run = free_run(model, u_, x0);
-    if (run.status != Status::ok) return false;
-    const Index kept = y_.cols() - skip_;
-    r.reshaped(y_.rows(), kept) = weight_.asDiagonal() * (run.y - y_).rightCols(kept);
-    return r.allFinite();
+    const Index p = y_.rows();
+    return errors(theta,
+                  [&](Index sample, ConstMatrixRef error) {
+                    r.segment(p * sample, error.size()) = (weight_.asDiagonal() * error).reshaped();
+                  }) &&
+           r.allFinite();
+  }
+
+  bool cost(ConstVectorRef theta, double& cost) const override {
+    cost = 0;
+    return errors(theta,
+                  [&](Index, ConstMatrixRef error) { cost += 0.5 * (weight_.asDiagonal() * error).squaredNorm(); }) &&
+           std::isfinite(cost);
   }
 
   bool jacobian(ConstVectorRef theta, VectorRef r, MatrixRef J) const override {
@@ -87,6 +92,21 @@ class FreeRunProblem final : public ResidualProblem {
   }
 
  private:
+  /// Calls receive(first sample, y_hat - y) for the scored part of each block of the free run.
+  template <class Receive>
+  bool errors(ConstVectorRef theta, const Receive& receive) const {
+    NonlinearModel model = model_;
+    Vector x0;
+    unpack(theta, model, x0);
+    const Index stopped_at = free_run_in_blocks(model, u_, x0, [&](const FreeRunBlock& block) {
+      const Index drop = std::max<Index>(skip_ - block.first, 0), count = block.y.cols() - drop;
+      if (count <= 0) return;
+      const Index sample = block.first + drop;
+      receive(sample - skip_, Matrix(block.y.rightCols(count) - y_.middleCols(sample, count)));
+    });
+    return stopped_at < 0;
+  }
+
   /// Calls receive(first residual sample, output, rows) for the scored part of each block; the rows' outputs are
   /// errors.
   template <class Receive>
@@ -107,7 +127,7 @@ class FreeRunProblem final : public ResidualProblem {
   }
 
   NonlinearModel model_;
-  Matrix u_, y_;
+  ConstMatrixRef u_, y_;
   Vector weight_;
   Index skip_;
 };

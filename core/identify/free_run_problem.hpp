@@ -11,8 +11,9 @@
 namespace wheelhop {
 
 /// r = (yhat_k - y_k) ./ weight_std after `skip` samples, theta as packed by core/model/sensitivities.hpp.
-/// Outside the domain: a free run beyond the state guard. normal_equations() accumulates block by block.
-/// @param u m x N   @param y p x N   @param weight_std p, > 0
+/// Outside the domain: a free run beyond the state guard.
+/// Neither the cost nor the normal equations need memory that grows with the record.
+/// @param u m x N   @param y p x N, both borrowed: they must outlive the problem   @param weight_std p, > 0
 std::unique_ptr<ResidualProblem> free_run_problem(const NonlinearModel& model, ConstMatrixRef u, ConstMatrixRef y,
                                                   ConstVectorRef weight_std, Index skip);
 
@@ -29,7 +30,7 @@ Refinement refine(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef
 
 /// Inputs, outputs and initial state of one of several records; the first `skip` samples do not count.
 struct FittedRecord {
-  Matrix u, y;  ///< m x N, p x N
+  ConstMatrixRef u, y;  ///< m x N, p x N, borrowed
   Index skip = 0;
   Vector x0;  ///< n
 };

@@ -103,7 +103,7 @@ InputMatrices estimate_input_matrices(ConstMatrixRef A, ConstMatrixRef C, ConstM
 void estimate_start(ConstMatrixRef u, ConstMatrixRef y, LinearModel& model, Vector& x0) {
   const Index n = model.order(), p = model.output_count(), N = u.cols();
   model.y0 = Vector::Zero(p);
-  const Matrix residual = y - simulate(model, u, Vector::Zero(n)).y;
+  const Matrix residual = y - simulated_outputs(model, u, Vector::Zero(n));
   StreamedQr stream(n + p + 1, 512);
   const Index block_samples = std::max<Index>(1, stream.capacity() / p);
   Matrix free = model.C;  // C A^k
@@ -127,7 +127,7 @@ void estimate_start(ConstMatrixRef u, ConstMatrixRef y, LinearModel& model, Vect
 Vector estimate_initial_state(const LinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples, Index skip) {
   const Index end = std::min(skip + samples, u.cols());
   const Index n = model.order(), p = model.output_count();
-  const Matrix residual = y.leftCols(end) - simulate(model, u.leftCols(end), Vector::Zero(n)).y;
+  const Matrix residual = y.leftCols(end) - simulated_outputs(model, u.leftCols(end), Vector::Zero(n));
   Matrix observability(p * (end - skip), n);
   Matrix row = model.C;
   for (Index k = 0; k < end; ++k) {

@@ -50,7 +50,7 @@ bool finite(const LinearModel& model, const Vector& x0) {
 }
 
 Vector free_run_error(const LinearModel& model, const Vector& x0, ConstMatrixRef u, ConstMatrixRef y, Index from) {
-  return rms(y - simulate(model, u, x0).y, from);
+  return rms(y - simulated_outputs(model, u, x0), from);
 }
 
 std::optional<Fit> with_inputs(const PoleSet& set, ConstMatrixRef u, ConstMatrixRef y) {
@@ -72,9 +72,7 @@ std::optional<Fit> best_of(const std::vector<PoleSet>& sets, ConstMatrixRef u, C
 
 /// States of unit covariance along the record.
 void whiten(Fit& fit, ConstMatrixRef u) {
-  const Matrix x = simulate(fit.model, u, fit.x0).x;
-  const Matrix centred = x.colwise() - Vector(x.rowwise().mean());
-  const Matrix root = symmetric_sqrt(centred * centred.transpose() / static_cast<double>(x.cols()));
+  const Matrix root = symmetric_sqrt(covariance_of(simulate(fit.model, u, fit.x0).x));
   const Matrix T = solve(root, Matrix::Identity(root.rows(), root.cols()));
   if (!all_finite(T)) return;
   fit.model = similarity_transform(fit.model, T);

@@ -14,23 +14,48 @@
 namespace wheelhop {
 namespace {
 
-/// Which samples a fit reads: every k-th, and the `limit` / 4 whose f is largest. A hardening element bends in its rare
-/// extremes, which even spacing would thin out with the rest.
-std::vector<Index> chosen_samples(ConstMatrixRef f, Index limit) {
-  const Index N = f.cols();
-  std::vector<Index> chosen(static_cast<std::size_t>(N));
-  std::iota(chosen.begin(), chosen.end(), Index{0});
-  if (N <= limit) return chosen;
-  const Vector size = f.colwise().squaredNorm();
-  const Index extremes = limit / 4, step = (N + limit - extremes - 1) / (limit - extremes);
-  const auto last = chosen.begin() + extremes;
-  std::nth_element(chosen.begin(), last, chosen.end(),
-                   [&](Index a, Index b) { return size(a) > size(b) || (size(a) == size(b) && a < b); });
-  chosen.erase(last, chosen.end());
-  for (Index k = 0; k < N; k += step) chosen.push_back(k);
-  std::sort(chosen.begin(), chosen.end());
-  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
-  return chosen;
+/// [1 xi'], N x (1 + d).
+Matrix ones_and(ConstMatrixRef xi) {
+  Matrix columns(xi.cols(), 1 + xi.rows());
+  columns << Vector::Ones(xi.cols()), xi.transpose();
+  return columns;
+}
+
+Matrix orthonormal_basis(ConstMatrixRef columns) {
+  const Eigen::ColPivHouseholderQR<Matrix> qr(columns);
+  return qr.householderQ() * Matrix::Identity(columns.rows(), qr.rank());
+}
+
+/// (I - Q Q') M.
+Matrix rest(ConstMatrixRef Q, ConstMatrixRef M) { return M - Q * (Q.transpose() * M); }
+
+/// W, b and L of `map` and the linear part from rows of phi, of [1 xi] and of f, or from those of the triangular factor
+/// of all three. @return the relative residual
+double solve_weights(ConstMatrixRef phi, ConstMatrixRef affine, ConstMatrixRef f, StaticMap& map, Matrix& linear) {
+  constexpr double tolerance = 1e-11;
+  const Index h = phi.cols(), q = f.cols(), d = affine.cols() - 1;
+  Matrix columns(phi.rows(), h + 1 + d);
+  columns << phi, affine;
+  LeastSquares fit = least_squares(columns, f, tolerance);
+  if (const Vector least = map.lower(); least.size() > 0) {
+    const Matrix Q = orthonormal_basis(affine);
+    const Matrix curved = rest(Q, phi), curved_f = rest(Q, f);
+    for (Index i = 0; i < q; ++i)
+      fit.x.col(i).head(h) = bounded_least_squares(curved, curved_f.col(i),
+                                                   {least(Eigen::seqN(map.alpha.size() + i, h, q)),
+                                                    Vector::Constant(h, std::numeric_limits<double>::infinity())});
+    const LeastSquares of_rest = least_squares(affine, f - phi * fit.x.topRows(h), tolerance);
+    fit.x.bottomRows(d + 1) = of_rest.x;
+    fit.residual_norm = of_rest.residual_norm;
+  }
+  map.W = fit.x.topRows(h).transpose();
+  // What W phi has in common with [1, xi] moves to the linear part. Tanh units of small weight are almost linear, and
+  // without this split W phi and the linear part may be huge and cancel.
+  const LeastSquares common = least_squares(affine, phi * fit.x.topRows(h), tolerance);
+  map.b = fit.x.row(h).transpose();
+  map.L = -common.x.bottomRows(d).transpose();
+  linear = (fit.x.bottomRows(d) + common.x.bottomRows(d)).transpose();
+  return fit.residual_norm / std::max(f.norm(), 1e-300);
 }
 
 /// What the constant and xi explain is projected out once, before any alpha: of the regressors [phi 1 xi] only phi
@@ -39,8 +64,7 @@ class MapProblem final : public ResidualProblem {
  public:
   MapProblem(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f)
       : map_(prototype.clone()), xi_(xi), f_(f.transpose()) {
-    const Eigen::ColPivHouseholderQR<Matrix> affine(regressors(Matrix(xi.cols(), 0)));
-    affine_ = affine.householderQ() * Matrix::Identity(xi.cols(), affine.rank());
+    affine_ = orthonormal_basis(ones_and(xi));
     curved_f_ = rest(affine_, f_);
   }
 
@@ -94,30 +118,8 @@ class MapProblem final : public ResidualProblem {
 
   /// W, b and the linear part for a given alpha; returns the relative residual.
   double weights(ConstVectorRef alpha, StaticMap& map, Matrix& linear) const {
-    const Matrix columns = regressors(features(alpha));
-    const Index h = map_->features(), d = xi_.rows();
-    LeastSquares fit = least_squares(columns, f_, 1e-11);
-    if (const Vector least = map_->lower(); least.size() > 0) {
-      const Matrix curved = rest(affine_, columns.leftCols(h));
-      const Index q = f_.cols();
-      for (Index i = 0; i < q; ++i)
-        fit.x.col(i).head(h) = bounded_least_squares(
-            curved, curved_f_.col(i),
-            {least(Eigen::seqN(alpha.size() + i, h, q)), Vector::Constant(h, std::numeric_limits<double>::infinity())});
-      const LeastSquares affine =
-          least_squares(columns.rightCols(d + 1), f_ - columns.leftCols(h) * fit.x.topRows(h), 1e-11);
-      fit.x.bottomRows(d + 1) = affine.x;
-      fit.residual_norm = affine.residual_norm;
-    }
     map.alpha = alpha;
-    map.W = fit.x.topRows(h).transpose();
-    // What W phi has in common with [1, xi] moves to the linear part. Tanh units of small weight are almost linear, and
-    // without this split W phi and the linear part may be huge and cancel.
-    const LeastSquares common = least_squares(columns.rightCols(d + 1), columns.leftCols(h) * fit.x.topRows(h), 1e-11);
-    map.b = fit.x.row(h).transpose();
-    map.L = -common.x.bottomRows(d).transpose();
-    linear = (fit.x.bottomRows(d) + common.x.bottomRows(d)).transpose();
-    return fit.residual_norm / std::max(f_.norm(), 1e-300);
+    return solve_weights(features(alpha), ones_and(xi_), f_, map, linear);
   }
 
  private:
@@ -147,16 +149,6 @@ class MapProblem final : public ResidualProblem {
     return map_->basis_of(xi_);
   }
 
-  /// [phi 1 xi], N x (h + 1 + d).
-  Matrix regressors(const Matrix& phi) const {
-    Matrix columns(xi_.cols(), phi.cols() + 1 + xi_.rows());
-    columns << phi, Vector::Ones(xi_.cols()), xi_.transpose();
-    return columns;
-  }
-
-  /// (I - Q Q') M.
-  static Matrix rest(ConstMatrixRef Q, ConstMatrixRef M) { return M - Q * (Q.transpose() * M); }
-
   std::unique_ptr<StaticMap> map_;  // scratch for alpha; W and b are not used here
   Matrix xi_;
   Matrix f_;         // N x q
@@ -166,19 +158,61 @@ class MapProblem final : public ResidualProblem {
 
 }  // namespace
 
+std::vector<Index> chosen_samples(ConstMatrixRef f, Index limit) {
+  const Index N = f.cols();
+  std::vector<Index> chosen(static_cast<std::size_t>(N));
+  std::iota(chosen.begin(), chosen.end(), Index{0});
+  if (N <= limit) return chosen;
+  const Vector size = f.colwise().squaredNorm();
+  const Index extremes = limit / 4, step = (N + limit - extremes - 1) / (limit - extremes);
+  const auto last = chosen.begin() + extremes;
+  std::nth_element(chosen.begin(), last, chosen.end(),
+                   [&](Index a, Index b) { return size(a) > size(b) || (size(a) == size(b) && a < b); });
+  chosen.erase(last, chosen.end());
+  for (Index k = 0; k < N; k += step) chosen.push_back(k);
+  std::sort(chosen.begin(), chosen.end());
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+  return chosen;
+}
+
 std::unique_ptr<ResidualProblem> map_problem(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f) {
   return std::make_unique<MapProblem>(prototype, xi, f);
 }
 
-MapFit fit_weights(const StaticMap& map, ConstMatrixRef xi, ConstMatrixRef f) {
+WeightFit::WeightFit(const StaticMap& map)
+    : map_(map), stream_(1 + map.inputs() + map.features() + map.outputs(), 512) {}
+
+void WeightFit::add(ConstMatrixRef xi, ConstMatrixRef f) {
+  const Index affine = 1 + xi.rows(), h = map_.features();
+  for (Index first = 0; first < xi.cols();) {
+    const Index count = std::min(stream_.capacity(), xi.cols() - first);
+    const auto points = xi.middleCols(first, count);
+    MatrixRef rows = stream_.next(count);
+    rows.leftCols(affine) = ones_and(points);
+    rows.middleCols(affine, h) = map_.basis_of(points);
+    rows.rightCols(f.rows()) = f.middleCols(first, count).transpose();
+    first += count;
+  }
+}
+
+MapFit WeightFit::finish(double sign) {
+  if (factor_.size() == 0) factor_ = stream_.finish();
+  const Index affine = 1 + map_.inputs(), h = map_.features();
   MapFit fit;
-  fit.map = map.clone();
-  fit.residual = MapProblem(map, xi, f).weights(map.alpha, *fit.map, fit.linear);
+  fit.map = map_.clone();
+  fit.residual = solve_weights(factor_.middleCols(affine, h), factor_.leftCols(affine),
+                               sign * factor_.rightCols(map_.outputs()), *fit.map, fit.linear);
   if (std::isfinite(fit.residual))
     fit.status = Status::ok;
   else
     fit.message = "the weights of the static map are not finite";
   return fit;
+}
+
+MapFit fit_weights(const StaticMap& map, ConstMatrixRef xi, ConstMatrixRef f) {
+  WeightFit fit(map);
+  fit.add(xi, f);
+  return fit.finish();
 }
 
 MapFit fit_static_map(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f, const MapFitOptions& options,

@@ -4,8 +4,10 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "core/base/random.hpp"
+#include "core/kernels/streamed_qr.hpp"
 #include "core/model/static_map.hpp"
 #include "core/optimise/solver.hpp"
 
@@ -25,6 +27,10 @@ struct MapFit {
   double residual = 0;             ///< RMS of f - fhat over RMS of f
 };
 
+/// Which samples a fit of at most `limit` reads: every k-th, and the `limit` / 4 whose f is largest. A hardening
+/// element bends in its rare extremes, which even spacing would thin out with the rest. @param f q x N
+std::vector<Index> chosen_samples(ConstMatrixRef f, Index limit);
+
 /// min over alpha of  min over W, b, L of  ||f - W phi(xi; alpha) - b - L xi||, then split as
 /// f = (part uncorrelated with xi: the map) + linear xi, which is the choice of eq. (4).
 /// @param prototype decides family and size
@@ -32,7 +38,25 @@ struct MapFit {
 MapFit fit_static_map(const StaticMap& prototype, ConstMatrixRef xi, ConstMatrixRef f, const MapFitOptions& options,
                       const Solver& solver, Random& random);
 
-/// The same with alpha as it stands in `map`: W, b and the linear part alone, on every sample.
+/// The same with alpha as it stands in a map: W, b and the linear part alone, from samples that arrive block by block,
+/// in memory that does not grow with their number. The triangular factor of [1 xi phi f] says all of them that least
+/// squares asks. Cost O(N (d + h + q)^2).
+class WeightFit {
+ public:
+  /// @param map borrowed
+  explicit WeightFit(const StaticMap& map);
+  /// @param xi d x N   @param f q x N
+  void add(ConstMatrixRef xi, ConstMatrixRef f);
+  /// @param sign the weights of sign * f
+  MapFit finish(double sign = 1);
+
+ private:
+  const StaticMap& map_;
+  StreamedQr stream_;
+  Matrix factor_;  // of what was added, once it was asked for
+};
+
+/// WeightFit of all samples at once.
 MapFit fit_weights(const StaticMap& map, ConstMatrixRef xi, ConstMatrixRef f);
 
 /// The reduced problem in alpha (residual after projecting out the linear weights), exposed for its gradient's test.

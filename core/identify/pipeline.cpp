@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "core/data/metrics.hpp"
@@ -13,11 +14,7 @@
 namespace wheelhop {
 namespace {
 
-Matrix stacked(ConstMatrixRef top, ConstMatrixRef bottom) {
-  Matrix both(top.rows() + bottom.rows(), top.cols());
-  both << top, bottom;
-  return both;
-}
+constexpr Index kBlock = 256;  // samples at a time where a copy of a whole record would be made; steers no result
 
 /// Linear system with the extended input [u; f] split into its two parts.
 struct Extended {
@@ -35,17 +32,16 @@ Extended split_inputs(const LinearModel& both, const Vector& x0, Index m) {
 
 /// Coordinates in which the states have unit covariance on the samples [first, first + count) of the trajectory x.
 void whiten(Extended& system, Matrix& x, Index first, Index count) {
-  const auto part = x.middleCols(first, count);
-  const Vector mean = part.rowwise().mean();
-  const Matrix centred = part.colwise() - mean;
-  const Matrix covariance = centred * centred.transpose() / static_cast<double>(count);
-  const Matrix root = symmetric_sqrt(covariance);
+  const Matrix root = symmetric_sqrt(covariance_of(x.middleCols(first, count)));
   const Matrix T = solve(root, Matrix::Identity(root.rows(), root.cols()));
   if (!all_finite(T)) return;
   system.linear = similarity_transform(system.linear, T);
   system.Bt = T * system.Bt;
   system.x0 = T * system.x0;
-  x = T * x;
+  for (Index at = 0; at < x.cols(); at += kBlock) {
+    auto block = x.middleCols(at, std::min(kBlock, x.cols() - at));
+    block = T * block;
+  }
 }
 
 /// Unit covariance of f: f <- L^-1 f, [Bt; Dt] <- [Bt; Dt] L. Without it several auxiliary inputs drift into
@@ -55,7 +51,7 @@ void whiten_auxiliary(Extended& system, InputTrajectory& along) {
   const Matrix covariance = trusted * trusted.transpose() / static_cast<double>(along.count);
   const Matrix L = cholesky_lower(covariance);
   if (L.size() == 0) return;
-  along.f = L.triangularView<Eigen::Lower>().solve(along.f);
+  L.triangularView<Eigen::Lower>().solveInPlace(along.f);
   system.Bt = system.Bt * L;
   system.Dt = system.Dt * L;
 }
@@ -70,7 +66,9 @@ struct Run {
   Random& random;
 
   Matrix residual(const Extended& system) const {  // eqs. (12)-(13)
-    return y - simulate(system.linear, u, system.x0).y;
+    Matrix z = simulated_outputs(system.linear, u, system.x0);
+    z = y - z;
+    return z;
   }
 };
 
@@ -88,8 +86,11 @@ Extended identify_linear(const Run& run, PipelineResult& result) {
   }
   Extended system{result.linear.model, Matrix::Zero(result.linear.order_used, run.options.nonlinearities), Matrix(),
                   result.linear.x0};
-  Matrix x = simulate(system.linear, run.u, system.x0).x;
-  whiten(system, x, 0, x.cols());
+  const auto whiten_along = [&] {
+    Matrix x = simulate(system.linear, run.u, system.x0).x;
+    whiten(system, x, 0, x.cols());
+  };
+  whiten_along();
   if (run.options.linear_iterations > 0) {
     const Refinement refined = refine(without_map(system.linear), system.x0, run.u, run.y, Vector::Ones(run.y.rows()),
                                       run.skip, run.pieces.solver, run.options.linear_iterations);
@@ -97,8 +98,7 @@ Extended identify_linear(const Run& run, PipelineResult& result) {
     if (usable(refined.solution) && spectral_radius(refined.model.linear.A) < 1) {
       system.linear = refined.model.linear;
       system.x0 = refined.x0;
-      x = simulate(system.linear, run.u, system.x0).x;
-      whiten(system, x, 0, x.cols());
+      whiten_along();
       result.linear.spectral_radius = spectral_radius(system.linear.A);
     }
   }
@@ -140,11 +140,12 @@ void find_direction(const Run& run, Extended& system, PipelineResult& result) {
 
 /// Step 3: f by dynamic inversion, then the states by simulating with the extended input (Sec. 2.6).
 InputTrajectory reconstruct(const Run& run, Extended& system, const Vector& channel_residual, Pass& pass) {
-  const Matrix z = run.residual(system);
+  Matrix z = run.residual(system);
   // What neither noise nor f explains; never below 1 % of the residual, so that R_v stays positive definite.
   const Vector noise_std = channel_residual.cwiseMax(0.01 * rms(z)).cwiseMax(1e-6);
   Reconstruction inverse = without_delay(
       run.pieces.inversion.reconstruct(system.linear.A, system.linear.C, system.Bt, system.Dt, z, noise_std));
+  z.resize(0, 0);
   pass.status = inverse.status;
   pass.message = inverse.message;
   pass.input_variance = inverse.input_variance;
@@ -174,10 +175,13 @@ void fit_map(const Run& run, const Extended& system, const InputTrajectory& alon
   MapFitOptions options;
   options.starts = starts;
   options.budget = {run.options.map_iterations};
-  const Matrix xi = stacked(along.x, run.u);
+  const auto trusted = Eigen::seqN(along.first, along.count);
+  const std::vector<Index> samples = chosen_samples(along.f(Eigen::all, trusted), options.samples);
+  const Matrix f = along.f(Eigen::all, trusted)(Eigen::all, samples);
+  const Matrix xi =
+      stacked(along.x(Eigen::all, trusted)(Eigen::all, samples), run.u(Eigen::all, trusted)(Eigen::all, samples));
   const MapFit fit =
-      fit_static_map(*run.pieces.make_map(xi.rows(), along.f.rows()), xi.middleCols(along.first, along.count),
-                     along.f.middleCols(along.first, along.count), options, run.pieces.solver, run.random);
+      fit_static_map(*run.pieces.make_map(xi.rows(), f.rows()), xi, f, options, run.pieces.solver, run.random);
   pass.status = fit.status;
   pass.message = fit.message;
   if (fit.status != Status::ok) return;
@@ -185,11 +189,14 @@ void fit_map(const Run& run, const Extended& system, const InputTrajectory& alon
   pass.model = {system.linear, system.Bt, system.Dt, fit.map};
   fold_linear_part(pass.model, fit.linear);
   pass.x0 = system.x0;
-  const FreeRun trial = free_run(pass.model, run.u, pass.x0);
-  pass.status = trial.status;
-  pass.training_vaf = vaf_percent(run.y, trial.y);
+  Matrix y = Matrix::Zero(run.y.rows(), run.y.cols());
+  const Index stopped_at = free_run_in_blocks(pass.model, run.u, pass.x0, [&](const FreeRunBlock& block) {
+    y.middleCols(block.first, block.y.cols()) = block.y;
+  });
+  pass.status = stopped_at < 0 ? Status::ok : Status::outside_domain;
+  pass.training_vaf = vaf_percent(run.y, y);
   const double mean = pass.training_vaf.mean();
-  pass.score = trial.status == Status::ok && std::isfinite(mean) ? mean : -std::numeric_limits<double>::infinity();
+  pass.score = pass.status == Status::ok && std::isfinite(mean) ? mean : -std::numeric_limits<double>::infinity();
 }
 
 /// Initial state of `model` from that of the trajectory x, whose states are other coordinates of nearly the same ones:
@@ -208,11 +215,14 @@ bool identify_extended(const Run& run, const InputTrajectory& along, Pass& pass,
   const StaticMap& map = *pass.model.map;
   const Index m = run.u.rows();
   const auto u = run.u.middleCols(along.first, along.count), y = run.y.middleCols(along.first, along.count);
-  const Matrix xi = stacked(along.x.middleCols(along.first, along.count), u);
-  Matrix f(along.f.rows(), along.count);
-  Vector phi(map.features());
-  for (Index k = 0; k < f.cols(); ++k) map.value(xi.col(k).data(), f.col(k).data(), phi.data());
-  const Matrix extended = stacked(u, f);
+  const Index n = along.x.rows();
+  Matrix extended(m + along.f.rows(), along.count);
+  Vector xi(n + m), phi(map.features());
+  for (Index k = 0; k < along.count; ++k) {
+    extended.col(k).head(m) = u.col(k);
+    xi << along.x.col(along.first + k), u.col(k);
+    map.value(xi.data(), extended.col(k).data() + m, phi.data());
+  }
   LinearEstimate again = run.pieces.subspace.identify(extended, y, system.linear.order());
   if (again.status != Status::ok) {
     pass.message = "step 5: " + again.message;
@@ -314,7 +324,8 @@ void refine_linear(const Run& run, PipelineResult& result) {
 
 }  // namespace
 
-PipelineResult run_passes(const Signal& scaled, const PipelineOptions& options, const Pieces& pieces, Random& random) {
+PipelineResult run_passes(const SignalView& scaled, const PipelineOptions& options, const Pieces& pieces,
+                          Random& random) {
   const Run run{scaled.u, scaled.y, scaled.sample_time_s, scaled.skip, options, pieces, random};
   PipelineResult result;
   Extended system = identify_linear(run, result);
@@ -333,7 +344,7 @@ PipelineResult run_passes(const Signal& scaled, const PipelineOptions& options, 
     if (pass.status == Status::ok) fit_map(run, system, along, number == 0 ? options.map_starts : 1, pass);
     bool go_on = pass.model.map != nullptr;
     if (go_on && number + 1 < options.passes) go_on = identify_extended(run, along, pass, system);
-    pass.along = std::move(along);
+    if (options.keep_trajectories) pass.along = std::move(along);
     result.passes.push_back(std::move(pass));
     if (!go_on) break;
   }
@@ -341,7 +352,7 @@ PipelineResult run_passes(const Signal& scaled, const PipelineOptions& options, 
   return result;
 }
 
-PipelineResult run_scaled_pipeline(const Signal& scaled, const PipelineOptions& options, const Pieces& pieces,
+PipelineResult run_scaled_pipeline(const SignalView& scaled, const PipelineOptions& options, const Pieces& pieces,
                                    Random& random) {
   PipelineResult result = run_passes(scaled, options, pieces, random);
   if (result.status == Status::ok && options.refine_iterations > 0) {

@@ -32,6 +32,7 @@ struct PipelineOptions {
   std::string alternative_map = "ridge_polynomial";
   Index ridge_degree = 11;
   Index hardening_degree = 21;
+  bool keep_trajectories = false;  ///< Pass::along is kept; no option of a config
   template <class V>
   void fields(V&& visit) {
     visit("order", order, Range{0, 100}, "-", "n; 0: read from the singular values");
@@ -88,7 +89,7 @@ struct Pass {
   double input_variance = 0;  ///< Q_eta / R_v of the inversion
   double map_residual = 0;    ///< of the static map's fit, relative
   Decomposition split;        ///< eq. (4) on the reconstructed states
-  InputTrajectory along;      ///< steps 3 and 4; empty where the inversion failed
+  InputTrajectory along;      ///< steps 3 and 4, where they are kept; empty where the inversion failed
   NonlinearModel model;
   Vector x0;
   Vector training_vaf;  ///< p, free run
@@ -120,10 +121,11 @@ struct PipelineResult {
 PipelineResult run_pipeline(const Signal& data, const PipelineOptions& options, const Pieces& pieces, Random& random);
 
 /// The same on a record that is scaled already; scaling is left empty.
-PipelineResult run_scaled_pipeline(const Signal& scaled, const PipelineOptions& options, const Pieces& pieces,
+PipelineResult run_scaled_pipeline(const SignalView& scaled, const PipelineOptions& options, const Pieces& pieces,
                                    Random& random);
 
 /// Steps 1 to 5 alone, model = best pass, on a record that is scaled already.
-PipelineResult run_passes(const Signal& scaled, const PipelineOptions& options, const Pieces& pieces, Random& random);
+PipelineResult run_passes(const SignalView& scaled, const PipelineOptions& options, const Pieces& pieces,
+                          Random& random);
 
 }  // namespace wheelhop

@@ -43,26 +43,23 @@ class RidgeSearch {
     return candidate ? criterion(candidate->model, candidate->solution.cost) : std::numeric_limits<double>::infinity();
   }
 
-  Matrix points(const NonlinearModel& model, const FreeRun& run) const {
-    Matrix xi(model.order() + u_.rows(), u_.cols());
-    xi << run.x.leftCols(u_.cols()), u_;
-    return xi;
-  }
-
   /// The polynomial along t nearest to the model's f, refined.
   Maybe refined(const NonlinearModel& model, ConstVectorRef x0, ConstVectorRef t, const RidgeForm& form) const {
-    const FreeRun run = free_run(model, u_, x0);
-    if (run.status != Status::ok) return {};
-    const Matrix xi = points(model, run);
-    const std::unique_ptr<StaticMap> map = make_ridge_(xi.rows(), form);
-    if (map->inner_parameters() != xi.rows())
+    const Index inputs = model.order() + u_.rows();
+    const std::unique_ptr<StaticMap> map = make_ridge_(inputs, form);
+    if (map->inner_parameters() != inputs)
       throw UserError(map->name() + ": expected one direction, alpha of as many values as the map has inputs");
     map->alpha = t;
+    WeightFit weights(*map);
+    if (free_run_in_blocks(model, u_, x0, [&](const FreeRunBlock& block) {
+          weights.add(stacked(block.x, u_.middleCols(block.first, block.x.cols())), block.f);
+        }) >= 0)
+      return {};
     MapFit fit;
     double sign = 1;
     for (const double way : {1.0, -1.0}) {  // which way f points is free, and weights of one sign want the right one
       if (way < 0 && !form.hardening) break;
-      MapFit candidate = fit_weights(*map, xi, way * run.f);
+      MapFit candidate = weights.finish(way);
       if (candidate.status != Status::ok || (fit.map && !(candidate.residual < fit.residual))) continue;
       fit = std::move(candidate);
       sign = way;
@@ -125,18 +122,28 @@ class RidgeSearch {
 }  // namespace
 
 SymmetricEigen active_subspace(const StaticMap& map, ConstMatrixRef xi) {
+  constexpr Index block = 256;  // points whose gradients are held at once
   const Index d = xi.rows();
-  Matrix gradients(d, xi.cols()), sum = Matrix::Zero(d, d);
+  const auto points = static_cast<double>(xi.cols());
+  Matrix gradients(d, std::min(block, xi.cols())), sum = Matrix::Zero(d, d);
   Vector phi(map.features()), by_alpha(map.inner_parameters()), point(d);
   for (Index i = 0; i < map.outputs(); ++i) {
     const Vector w = map.W.row(i);
-    for (Index k = 0; k < xi.cols(); ++k) {
-      point = xi.col(k);
-      map.basis(point.data(), phi.data());
-      map.slopes(point.data(), phi.data(), w.data(), gradients.col(k).data(), by_alpha.data());
+    Vector first_gradient(d), away = Vector::Zero(d);  // about the first one, so that nothing cancels
+    for (Index first = 0; first < xi.cols(); first += block) {
+      const Index count = std::min(block, xi.cols() - first);
+      for (Index k = 0; k < count; ++k) {
+        point = xi.col(first + k);
+        map.basis(point.data(), phi.data());
+        map.slopes(point.data(), phi.data(), w.data(), gradients.col(k).data(), by_alpha.data());
+      }
+      if (first == 0) first_gradient = gradients.col(0);
+      auto now = gradients.leftCols(count);
+      now.colwise() -= first_gradient;
+      away += now.rowwise().sum();
+      sum.noalias() += now * now.transpose();
     }
-    gradients.colwise() -= gradients.rowwise().mean().eval();
-    sum += gradients * gradients.transpose();
+    sum -= away * away.transpose() / points;
   }
   return symmetric_eigen(sum);
 }
@@ -156,13 +163,17 @@ Maybe fit_ridge(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u
                 ConstVectorRef weight_std, Index skip, const Solver& solver, Index iterations,
                 const RidgeFactory& make_ridge, const RidgeDegrees& degrees) {
   if (!make_ridge || degrees.any < 3 || !model.map || model.auxiliary_count() != 1) return {};
-  const FreeRun run = free_run(model, u, x0);
-  if (run.status != Status::ok) return {};
+  double cost = 0;
+  if (!free_run_problem(model, u, y, weight_std, skip)->cost(pack(model, x0), cost)) return {};
   const RidgeSearch search(u, y, weight_std, skip, solver, iterations, make_ridge);
-  const ActiveDirection active = active_direction(*model.map, search.points(model, run));
+  const double to_beat = search.criterion(model, cost);
+  Matrix xi(model.order() + u.rows(), u.cols());
+  xi.bottomRows(u.rows()) = u;
+  free_run_in_blocks(model, u, x0, [&](const FreeRunBlock& block) {
+    xi.block(0, block.first, model.order(), block.x.cols()) = block.x;
+  });
+  const ActiveDirection active = active_direction(*model.map, xi);
   if (!(active.share > kOneDirection)) return {};
-  const Matrix error = weight_std.cwiseInverse().asDiagonal() * (run.y - y).rightCols(y.cols() - skip);
-  const double to_beat = search.criterion(model, 0.5 * error.squaredNorm());
 
   Maybe best = search.refined(model, x0, active.t, {.degree = degrees.any});
   if (!best) return {};

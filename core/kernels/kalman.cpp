@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace wheelhop {
 
@@ -25,48 +26,50 @@ KalmanFilter design_kalman_filter(ConstMatrixRef A, ConstMatrixRef C, ConstMatri
 
 FilterRun run_filter(const KalmanFilter& filter, ConstMatrixRef z, ConstVectorRef x0) {
   const Index samples = z.cols();
-  FilterRun run{Matrix(filter.A.rows(), samples), Matrix(z.rows(), samples), 0};
+  FilterRun run{Matrix(filter.A.rows(), samples), Matrix(z.rows(), samples), 0, 0};
   Vector x = x0, next(x0.size()), e(z.rows());
+  double quadratic = 0;
   for (Index k = 0; k < samples; ++k) {
     run.x.col(k) = x;
     e = z.col(k);
     e.noalias() -= filter.C * x;
     run.e.col(k) = e;
+    quadratic += e.dot(filter.S_inverse.lazyProduct(e));
     next.noalias() = filter.A * x;
     next.noalias() += filter.K * e;
     x.swap(next);
   }
   const double log_determinant = filter.S.ldlt().vectorD().array().log().sum();
-  const double quadratic = (run.e.array() * (filter.S_inverse * run.e).array()).sum();
+  run.quadratic = quadratic;
   run.log_likelihood =
       -0.5 * (quadratic + static_cast<double>(samples) *
                               (log_determinant + static_cast<double>(z.rows()) * std::log(2 * std::numbers::pi)));
   return run;
 }
 
-Matrix fixed_lag_states(const KalmanFilter& filter, const FilterRun& run, Index lag) {
+Matrix fixed_lag_states(const KalmanFilter& filter, FilterRun run, Index lag) {
   const Index samples = run.x.cols();
   const Matrix closed = (filter.A - filter.K * filter.C).transpose();
   Matrix weight = filter.C.transpose() * filter.S_inverse;
-  Matrix x = run.x;
+  Matrix& x = run.x;
   for (Index j = 0; j <= lag && j < samples; ++j) {
     x.leftCols(samples - j).noalias() += (filter.P * weight) * run.e.rightCols(samples - j);
     weight = closed * weight;
   }
-  return x;
+  return std::move(x);
 }
 
-Matrix smoothed_states(const KalmanFilter& filter, const FilterRun& run) {
+Matrix smoothed_states(const KalmanFilter& filter, FilterRun run) {
   const Matrix closed = (filter.A - filter.K * filter.C).transpose();
-  const Matrix drive = filter.C.transpose() * filter.S_inverse * run.e;
-  Matrix x = run.x;
-  Vector r = Vector::Zero(x.rows()), previous(x.rows());
-  for (Index k = x.cols() - 1; k >= 0; --k) {
+  const Matrix drive = filter.C.transpose() * filter.S_inverse;
+  Vector r = Vector::Zero(run.x.rows()), previous(run.x.rows());
+  for (Index k = run.x.cols() - 1; k >= 0; --k) {
     previous.noalias() = closed * r;
-    r = previous + drive.col(k);
-    x.col(k).noalias() += filter.P * r;
+    previous.noalias() += drive * run.e.col(k);
+    r.swap(previous);
+    run.x.col(k).noalias() += filter.P * r;
   }
-  return x;
+  return std::move(run.x);
 }
 
 }  // namespace wheelhop

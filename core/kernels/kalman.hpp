@@ -23,6 +23,7 @@ KalmanFilter design_kalman_filter(ConstMatrixRef A, ConstMatrixRef C, ConstMatri
 struct FilterRun {
   Matrix x;                   ///< n x N one-step-ahead predictions x(k|k-1)
   Matrix e;                   ///< p x N innovations
+  double quadratic = 0;       ///< sum e' S^-1 e
   double log_likelihood = 0;  ///< -1/2 sum (e' S^-1 e + log det 2 pi S)
 };
 
@@ -32,10 +33,10 @@ FilterRun run_filter(const KalmanFilter& filter, ConstMatrixRef z, ConstVectorRe
 /// x(k|k+lag) from the innovations: x(k|k-1) + P sum_{j=0..lag} (A-KC)'^j C' S^-1 e(k+j), truncated at the end of the
 /// record. lag = 0 is the filtered estimate. Cost O(lag N n p).
 /// Source: Anderson & Moore 1979, "Optimal Filtering", ch. 7 (smoothing).
-Matrix fixed_lag_states(const KalmanFilter& filter, const FilterRun& run, Index lag);
+Matrix fixed_lag_states(const KalmanFilter& filter, FilterRun run, Index lag);
 
 /// x(k|N-1), the fixed-interval smoother in the form of Bryson & Frazier 1963 (no inverse of P):
 /// r_{k-1} = C' S^-1 e_k + (A - K C)' r_k,  x(k|N-1) = x(k|k-1) + P r_{k-1}.  Cost O(N n^2).
-Matrix smoothed_states(const KalmanFilter& filter, const FilterRun& run);
+Matrix smoothed_states(const KalmanFilter& filter, FilterRun run);
 
 }  // namespace wheelhop

@@ -1,23 +1,53 @@
 #include "core/model/linear.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 
 namespace wheelhop {
 
-Response simulate(const LinearModel& model, ConstMatrixRef u, ConstVectorRef x0) {
-  const Index samples = u.cols();
-  Response run{Matrix(model.order(), samples), Matrix(model.output_count(), samples)};
-  const Matrix forced = model.B * u;
-  Vector x = x0, next(model.order());
-  for (Index k = 0; k < samples; ++k) {
-    run.x.col(k) = x;
-    next.noalias() = model.A * x;
-    x = next + forced.col(k);
+namespace {
+
+constexpr Index kSimulated = 256;  // samples whose states stay in the first cache; no result depends on it
+
+/// Calls receive(first, x, y) for one block of samples after the other.
+template <class Receive>
+void simulate_in_blocks(const LinearModel& model, ConstMatrixRef u, ConstVectorRef x0, const Receive& receive) {
+  const Index n = model.order(), p = model.output_count(), longest = std::min(kSimulated, u.cols());
+  Matrix forced(n, longest), states(n, longest), outputs(p, longest);
+  Vector x = x0, next(n);
+  for (Index first = 0; first < u.cols(); first += kSimulated) {
+    const Index count = std::min(kSimulated, u.cols() - first);
+    const auto inputs = u.middleCols(first, count);
+    forced.leftCols(count).noalias() = model.B * inputs;
+    for (Index k = 0; k < count; ++k) {
+      states.col(k) = x;
+      next.noalias() = model.A * x;
+      x = next + forced.col(k);
+    }
+    auto y = outputs.leftCols(count);
+    y.noalias() = model.C * states.leftCols(count);
+    y.noalias() += model.D * inputs;
+    y.colwise() += model.y0;
+    receive(first, states.leftCols(count), y);
   }
-  run.y.noalias() = model.C * run.x;
-  run.y.noalias() += model.D * u;
-  run.y.colwise() += model.y0;
+}
+
+}  // namespace
+
+Response simulate(const LinearModel& model, ConstMatrixRef u, ConstVectorRef x0) {
+  Response run{Matrix(model.order(), u.cols()), Matrix(model.output_count(), u.cols())};
+  simulate_in_blocks(model, u, x0, [&](Index first, ConstMatrixRef x, ConstMatrixRef y) {
+    run.x.middleCols(first, x.cols()) = x;
+    run.y.middleCols(first, y.cols()) = y;
+  });
   return run;
+}
+
+Matrix simulated_outputs(const LinearModel& model, ConstMatrixRef u, ConstVectorRef x0) {
+  Matrix outputs(model.output_count(), u.cols());
+  simulate_in_blocks(model, u, x0,
+                     [&](Index first, ConstMatrixRef, ConstMatrixRef y) { outputs.middleCols(first, y.cols()) = y; });
+  return outputs;
 }
 
 Matrix markov_parameters(const LinearModel& model, Index count) {

@@ -26,6 +26,9 @@ struct Response {
 /// Free-run simulation. @param u m x N   @param x0 n. Cost O(N (n + p)(n + m)).
 Response simulate(const LinearModel& model, ConstMatrixRef u, ConstVectorRef x0);
 
+/// simulate().y, p x N, without keeping the states of the whole record.
+Matrix simulated_outputs(const LinearModel& model, ConstMatrixRef u, ConstVectorRef x0);
+
 /// Markov parameters D, CB, CAB, ... as p x (m count), the first `count` of them.
 Matrix markov_parameters(const LinearModel& model, Index count);
 

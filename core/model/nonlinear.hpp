@@ -4,6 +4,7 @@
 /// Accelerations respond to a force at once, hence Dt.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "core/base/status.hpp"
@@ -38,6 +39,18 @@ inline constexpr double kStateGuard = 1e3;
 
 /// Free-run simulation: only u and x0 are given. @param u m x N   @param x0 n
 FreeRun free_run(const NonlinearModel& model, ConstMatrixRef u, ConstVectorRef x0);
+
+/// States, outputs and f of the samples [first, first + x.cols()).
+struct FreeRunBlock {
+  Index first;
+  ConstMatrixRef x, y, f;
+};
+
+/// The same block by block, in memory that does not grow with the record. The block in which the run leaves the guard
+/// ends at the sample before, and no other follows.
+/// @return the sample at which a state exceeded the guard, or -1
+Index free_run_in_blocks(const NonlinearModel& model, ConstMatrixRef u, ConstVectorRef x0,
+                         const std::function<void(const FreeRunBlock&)>& receive);
 
 /// Folds a linear part f <- f + L [x; u] into the linear system:
 /// A + Bt L_x, B + Bt L_u, C + Dt L_x, D + Dt L_u. @param L q x (n + m)

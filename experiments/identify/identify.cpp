@@ -72,10 +72,12 @@ ModelFile make_file(const IdentifyConfig& config, const Delivery& result) {
   file.config = config.effective;
   file.provenance = provenance(config.set);
   if (result.status != Status::ok) return file;
-  const std::vector<Signal> training = config.training();
-  file.x0 = trained_state(file, result, training.front(), 0);
-  for (std::size_t i = 0; i < training.size(); ++i) {
-    const Signal& record = training[i];
+  const auto training = [&](std::size_t i) -> const Signal& {
+    return config.set.records[static_cast<std::size_t>(config.trained[i])].signal;
+  };
+  file.x0 = trained_state(file, result, training(0), 0);
+  for (std::size_t i = 0; i < config.trained.size(); ++i) {
+    const Signal& record = training(i);
     const FreeRun run = free_run(file, record.u, i == 0 ? file.x0 : trained_state(file, result, record, i));
     const Envelope own{extremes_of(record.u), extremes_of(record.y), extremes_of(run.f)};
     file.envelope = i == 0 ? own : together(file.envelope, own);
@@ -120,9 +122,9 @@ RecordScore score_record(const IdentifyConfig& config, const Delivery& result, c
   score.first = record.first;
   score.samples = signal.samples();
   const ModelFile linear = linear_file(model, result.linear);
-  const FreeRun linear_run =
-      free_run(linear, signal.u, initial_state(linear, signal, config.options.initial_state_samples));
-  score.linear_vaf = vaf_percent(signal.y, linear_run.y, skip);
+  score.linear_vaf = vaf_percent(
+      signal.y, free_run(linear, signal.u, initial_state(linear, signal, config.options.initial_state_samples)).y,
+      skip);
   const bool trained = config.trains_on(index);
   Vector x0;
   if (trained) {
@@ -237,14 +239,15 @@ int run_identify(const IdentifyRequest& request) {
       .writes("--out", out)
       .check();
   const IdentifyConfig config = read_identify_config(request.config, request.records);
-  const std::vector<Signal> training = config.training();
+  std::vector<Signal> training = config.training();
   if (!request.quiet)
     for (std::size_t i = 0; i < training.size(); ++i)
       std::fprintf(stderr, "identifying from %s: %td samples, %td input(s), %td output(s)\n",
                    config.set.records[static_cast<std::size_t>(config.trained[i])].file.c_str(), training[i].samples(),
                    training[i].input_count(), training[i].output_count());
   Random random(static_cast<std::uint64_t>(config.options.seed), Stream::initial_guess);
-  const Delivery result = deliver(training, config.delivery, config.pieces.borrowed(config.delivery.pipeline), random);
+  const Delivery result =
+      deliver(std::move(training), config.delivery, config.pieces.borrowed(config.delivery.pipeline), random);
   ModelFile model = make_file(config, result);
   if (result.status != Status::ok) {
     write_json(out, without_model(model));

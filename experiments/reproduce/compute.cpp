@@ -103,7 +103,6 @@ void compute_main(const ReproduceConfig& config, const SimulatedRecords& records
   }
   for (Pass& pass : result.passes) {  // a thousand realisations must not hold a thousand models
     pass.model = {};
-    pass.along = {};
     row.passes.push_back(std::move(pass));
   }
 }

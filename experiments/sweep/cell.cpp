@@ -96,6 +96,7 @@ void measure_pipeline(const Grid& grid, const ExperimentConfig& config, const Si
   PipelineOptions options = config.pipeline;
   if (grid.measure != Measure::refined) options.refine_iterations = 0;
   if (grid.measure == Measure::inversion) options.passes = 1;
+  options.keep_trajectories = true;
   Random random = initial_guess(config, realisation);
   const PipelineResult result = run_pipeline(records.training, options, config.pieces.borrowed(options), random);
   Status status = result.status;
@@ -161,6 +162,7 @@ void measure_solver(const Grid& grid, const ExperimentConfig& config, const Simu
                     Index realisation, Json& row) {
   PipelineOptions options = grid.base.pipeline;
   options.refine_iterations = 0;
+  options.keep_trajectories = true;
   Random random = initial_guess(grid.base, realisation);
   const Pieces pieces = grid.base.pieces.borrowed(options);
   const PipelineResult start = run_pipeline(records.training, options, pieces, random);

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <list>
 
 #include "core/data/metrics.hpp"
 #include "core/identify/free_run_problem.hpp"
@@ -173,11 +174,13 @@ TEST_CASE("a refinement over several records finds the model and the initial sta
   for (std::uint64_t draw = 0; draw < 3; ++draw) {
     Random random = numbers(790 + draw);
     const NonlinearModel truth = random_nonlinear(2, 1, 2, 1, random);
+    std::list<Matrix> signals;  // what the records borrow
     std::vector<FittedRecord> records;
     for (const Index samples : {300, 200, 250}) {
       const Vector start = random.normal(2, 1);
-      const Matrix u = random.normal(1, samples);
-      records.push_back({u, free_run(truth, u, start).y, samples == 200 ? 7 : 0, start + 0.1 * random.normal(2, 1)});
+      const Matrix& u = signals.emplace_back(random.normal(1, samples));
+      const Matrix& y = signals.emplace_back(free_run(truth, u, start).y);
+      records.push_back({u, y, samples == 200 ? 7 : 0, start + 0.1 * random.normal(2, 1)});
     }
     NonlinearModel near = truth;
     near.linear.B *= 1.05;

@@ -161,7 +161,8 @@ TEST_CASE("a free run that diverges stops at the guard, and every derivative of 
   CHECK(run.y.col(run.stopped_at - 1).norm() > 0);
   CHECK_FALSE(free_run_sensitivities(c.model, c.u, c.x0, [](Index, Index, const std::vector<Matrix>&) {}));
 
-  const auto problem = free_run_problem(c.model, c.u, Matrix::Zero(2, c.u.cols()), Vector::Ones(2), 0);
+  const Matrix nothing = Matrix::Zero(2, c.u.cols());
+  const auto problem = free_run_problem(c.model, c.u, nothing, Vector::Ones(2), 0);
   const Vector theta = pack(c.model, c.x0);
   double cost = 0;
   Vector gradient;

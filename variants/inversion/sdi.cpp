@@ -50,16 +50,15 @@ class Sdi final : public InputReconstructor {
       }
       const FilterRun trial = run_filter(candidate, z.leftCols(probe), x0);
       // The common scale of Q and R drops out: only their ratio matters for f, so it is concentrated out.
-      const double quadratic = (trial.e.array() * (candidate.S_inverse * trial.e).array()).sum();
       const double log_det = -std::log(candidate.S_inverse.determinant()) * static_cast<double>(probe);
-      const double criterion = -0.5 * (samples * std::log(std::max(quadratic / samples, 1e-300)) + log_det);
+      const double criterion = -0.5 * (samples * std::log(std::max(trial.quadratic / samples, 1e-300)) + log_det);
       if (!(criterion > best_criterion)) continue;
       best_criterion = criterion;
       best.input_variance = ratio;
       filter = std::move(candidate);
     }
     if (!std::isfinite(best_criterion)) return best;
-    const FilterRun run = run_filter(filter, z, x0);
+    FilterRun run = run_filter(filter, z, x0);
     best.log_likelihood = best_criterion;
     best.spectral_radius = filter.spectral_radius;
     best.first = 0;
@@ -67,9 +66,10 @@ class Sdi final : public InputReconstructor {
     if (options_.read_out == "predictor")
       best.f = run.x.bottomRows(q);
     else if (options_.read_out == "smoothed")
-      best.f = smoothed_states(filter, run).bottomRows(q);
+      best.f = smoothed_states(filter, std::move(run)).bottomRows(q);
     else
-      best.f = fixed_lag_states(filter, run, options_.read_out == "filtered" ? 0 : options_.lag).bottomRows(q);
+      best.f =
+          fixed_lag_states(filter, std::move(run), options_.read_out == "filtered" ? 0 : options_.lag).bottomRows(q);
     best.status = all_finite(best.f) ? Status::ok : Status::not_finite;
     best.message = best.status == Status::ok ? "" : "the residual is not finite";
     return best;
