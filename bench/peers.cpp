@@ -1,9 +1,10 @@
 #include "bench/peers.hpp"
 
 #include <dlfcn.h>
-#include <filesystem>
+#include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
 extern "C" {
 void ib01md_(const char* meth, const char* alg, const char* batch, const char* conct, const int* nobr, const int* m,
@@ -165,7 +166,10 @@ std::string blas_in_use() {
   if (loaded == nullptr || ::dladdr(loaded, &info) == 0 || info.dli_fname == nullptr) return "unknown";
   // Folder and file: Debian's packages differ in the folder.
   const std::filesystem::path file(info.dli_fname);
-  return (file.parent_path().filename() / file.filename()).string();
+  std::string name = (file.parent_path().filename() / file.filename()).string();
+  if (void* const core = ::dlsym(RTLD_DEFAULT, "openblas_get_corename"))
+    name += fmt::format(" (OpenBLAS, kernels {})", reinterpret_cast<const char* (*)()>(core)());
+  return name;
 }
 
 }  // namespace wheelhop::peers

@@ -37,7 +37,7 @@ int lapack_qr(Matrix& rows);
 /// Lower Cholesky factor of rows' rows by dsyrk and dpotrf.
 int lapack_gram(const Matrix& rows, Matrix& factor);
 
-/// Which BLAS the loader found, by the path of its file.
+/// Which BLAS the loader found, by the path of its file, and which of its kernels OpenBLAS runs.
 std::string blas_in_use();
 
 }  // namespace wheelhop::peers
