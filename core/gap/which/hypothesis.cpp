@@ -432,19 +432,30 @@ Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitP
   return hypothesis;
 }
 
+SizedEffect sized_effect(const Hypothesis& of, std::size_t number) {
+  std::size_t first = of.parameters.size();
+  for (std::size_t i = number; i < of.effects.size(); ++i) first -= of.effects[i].parameters.size();
+  SizedEffect sized{of.effects[number], {}};
+  for (std::size_t j = first; j < first + sized.effect.parameters.size(); ++j)
+    sized.values.push_back(get_parameter(of.fit.plant, of.parameters[j].name));
+  return sized;
+}
+
 Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothesis& all, std::size_t members) {
+  std::vector<SizedEffect> wanted;
+  for (std::size_t i = 0; i < all.effects.size(); ++i)
+    if (members >> i & 1) wanted.push_back(sized_effect(all, i));
+  return fit_set(study, none, wanted, all);
+}
+
+Hypothesis fit_set(const Study& study, const Hypothesis& none, const std::vector<SizedEffect>& effects,
+                   const Hypothesis& near) {
   Hypothesis subset;
   subset.parameters = none.parameters;
-  Vector values(static_cast<Index>(all.parameters.size()));  // of its parameters, in `all`
-  Index count = 0;
-  for (const FitParameter& parameter : none.parameters) values(count++) = get_parameter(all.fit.plant, parameter.name);
+  std::vector<double> values;  // where the fit begins
+  for (const FitParameter& parameter : none.parameters) values.push_back(get_parameter(near.fit.plant, parameter.name));
   Plant plant = none.fit.plant;
-  std::size_t next = none.parameters.size();  // in `all`
-  for (std::size_t i = 0; i < all.effects.size(); ++i) {
-    const EffectCandidate& wanted = all.effects[i];
-    const std::size_t first = next;
-    next += wanted.parameters.size();
-    if (!(members >> i & 1)) continue;
+  for (const auto& [wanted, sizes] : effects) {
     Operation operation;
     if (!operation_of(plant, study.data.fitted, none.fit.initial_states, operation)) return {};
     // Anew, because its parameters may have other names in a plant without the effects before it.
@@ -453,7 +464,7 @@ Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothes
       for (EffectCandidate& named : under_all_names(candidate))
         if (!found && same_form(named, wanted)) found = std::move(named);
     if (!found || found->parameters.size() != wanted.parameters.size()) return {};
-    for (std::size_t j = first; j < next; ++j) values(count++) = get_parameter(all.fit.plant, all.parameters[j].name);
+    values.insert(values.end(), sizes.begin(), sizes.end());
     subset.parameters.insert(subset.parameters.end(), found->parameters.begin(), found->parameters.end());
     subset.effects.push_back(*found);
     plant = found->plant;
@@ -462,15 +473,15 @@ Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothes
   for (const FitParameter& parameter : none.parameters)
     set_parameter(plant, parameter.name, get_parameter(none.start, parameter.name));
   subset.start = std::move(plant);
-  Vector theta(count);
-  for (Index k = 0; k < count; ++k) {
-    const FitParameter& parameter = subset.parameters[static_cast<std::size_t>(k)];
-    theta(k) = (values(k) - get_parameter(subset.start, parameter.name)) / parameter.scale;
+  Vector theta(static_cast<Index>(values.size()));
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const FitParameter& parameter = subset.parameters[k];
+    theta(static_cast<Index>(k)) = (values[k] - get_parameter(subset.start, parameter.name)) / parameter.scale;
   }
   // The other effects may have bent the plant: it is fitted from how it was delivered as well.
   Vector at_home = theta;
   at_home.head(static_cast<Index>(study.tolerances.size())).setZero();
-  const PlantFit fitted = states_of(all.fit), held_out = states_of(all.held_out);
+  const PlantFit fitted = states_of(near.fit), held_out = states_of(near.held_out);
   std::array<Hypothesis, 2> tries = {subset, subset};
   tbb::parallel_for(std::size_t{0}, tries.size(), [&](std::size_t k) {
     complete(study, study.solvers.thorough, {study.iterations, &fitted, false, k == 0 ? theta : at_home},

@@ -91,6 +91,20 @@ Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitP
 /// linearised. Cost: two thorough fits.
 Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothesis& all, std::size_t members);
 
+/// An effect and the values of its parameters.
+struct SizedEffect {
+  EffectCandidate effect;
+  std::vector<double> values;
+};
+
+/// One effect of a fit, by its number.
+SizedEffect sized_effect(const Hypothesis& of, std::size_t number);
+
+/// fit_subset() of effects that may come from different fits.
+/// @param near  fit from whose tolerated parameters and initial states it begins
+Hypothesis fit_set(const Study& study, const Hypothesis& none, const std::vector<SizedEffect>& effects,
+                   const Hypothesis& near);
+
 /// True if two hypotheses differ by the name of their last effect alone: friction with presliding and hysteresis are
 /// one law.
 bool twins(const Hypothesis& a, const Hypothesis& b);

@@ -63,6 +63,35 @@ void add_twins(const std::vector<RankedCandidate>& ranked, const std::vector<Hyp
   }
 }
 
+/// The best pair once more with what is next to its first effect alone, at the same place and by another law. Only that
+/// first effect was tried beside the second; two that differ little alone (a delay and a lag) may differ little in a
+/// pair as well, and the answer has to weigh both.
+void add_exchanged(const Search& search, const std::vector<RankedCandidate>& ranked,
+                   const std::vector<Hypothesis>& singles, std::vector<Hypothesis>& pairs) {
+  if (pairs.empty()) return;
+  const Hypothesis& best =
+      *std::min_element(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) { return a.chi2 < b.chi2; });
+  const EffectCandidate &first = best.effects.front(), &second = best.effects.back();
+  const auto is_first = [&](const RankedCandidate& own) { return !own.is_parameter && own.name() == name_of(first); };
+  const auto known = std::find_if(ranked.begin(), ranked.end(), is_first);
+  if (known == ranked.end()) return;
+  const double floor = search.study.data.samples, of_first = singles[known->index].chi2 - floor;
+  const auto is_rival = [&](const RankedCandidate& own) {
+    if (own.is_parameter || own.name() == name_of(first) || own.name() == name_of(second)) return false;
+    const Hypothesis& single = singles[own.index];
+    return single.effects.back().location == first.location && !twins(single, singles[known->index]) &&
+           single.chi2 - floor <= search.effort.far_behind * of_first &&
+           std::none_of(pairs.begin(), pairs.end(), [&](const Hypothesis& pair) {
+             return name_of(pair.effects.front()) == own.name() && name_of(pair.effects.back()) == name_of(second);
+           });
+  };
+  const auto rival = std::find_if(ranked.begin(), ranked.end(), is_rival);
+  if (rival == ranked.end()) return;
+  const SizedEffect instead = sized_effect(singles[rival->index], singles[rival->index].effects.size() - 1);
+  Hypothesis exchanged = fit_set(search.study, search.retuned, {instead, sized_effect(best, 1)}, best);
+  if (!exchanged.fit.error.empty()) pairs.push_back(std::move(exchanged));
+}
+
 /// Every second effect for the best first ones in turn, until a pair closes what the first leaves.
 std::vector<Hypothesis> pairs_of(const Search& search, const std::vector<RankedCandidate>& ranked, const Changes& known,
                                  std::vector<Hypothesis>& singles) {
@@ -83,6 +112,7 @@ std::vector<Hypothesis> pairs_of(const Search& search, const std::vector<RankedC
     if (!all.empty() && all.front().chi2 - floor < search.effort.closed * (first.chi2 - floor)) break;
   }
   finish(search.study, before, static_cast<std::size_t>(search.effort.finished_pairs), all);
+  add_exchanged(search, ranked, singles, all);
   add_twins(ranked, singles, all);
   std::stable_sort(all.begin(), all.end(), by_chi2);
   return all;
