@@ -89,7 +89,16 @@ void add_exchanged(const Search& search, const std::vector<RankedCandidate>& ran
   if (rival == ranked.end()) return;
   const SizedEffect instead = sized_effect(singles[rival->index], singles[rival->index].effects.size() - 1);
   Hypothesis exchanged = fit_set(search.study, search.retuned, {instead, sized_effect(best, 1)}, best);
-  if (!exchanged.fit.error.empty()) pairs.push_back(std::move(exchanged));
+  if (exchanged.fit.error.empty()) return;
+  // Under every name that the second effect has in the pair.
+  std::vector<Hypothesis> named = {exchanged};
+  for (const Hypothesis& pair : pairs) {
+    if (!twins(best, pair)) continue;
+    named.push_back(exchanged);
+    named.back().effects.back() = pair.effects.back();
+    named.back().plausibility += pair.plausibility - best.plausibility;
+  }
+  std::move(named.begin(), named.end(), std::back_inserter(pairs));
 }
 
 /// Every second effect for the best first ones in turn, until a pair closes what the first leaves.
