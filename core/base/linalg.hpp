@@ -99,8 +99,8 @@ Matrix matrix_exponential(ConstMatrixRef A);
 /// [top; bottom], of equally many columns.
 Matrix stacked(ConstMatrixRef top, ConstMatrixRef bottom);
 
-/// Covariance (d x d) of samples, one a column (d x N), about their mean and divided by N; block by block, about the
-/// mean that was taken before.
+/// Covariance (d x d) of samples about their mean, divided by N. It makes no copy of the samples.
+/// @param samples d x N, one a column, N >= 1. Cost O(N d^2)
 Matrix covariance_of(ConstMatrixRef samples);
 
 /// True if every entry is finite.

@@ -35,7 +35,7 @@ struct SignalView {
   Index skip;  ///< leading samples left out of every score
 
   SignalView(const Signal& signal) : SignalView(signal, signal.samples()) {}
-  /// Its first `samples`.
+  /// @param samples of the record's start, at most signal.samples()
   SignalView(const Signal& signal, Index samples)
       : u(signal.u.leftCols(samples)),
         y(signal.y.leftCols(samples)),

@@ -32,7 +32,7 @@ struct PipelineOptions {
   std::string alternative_map = "ridge_polynomial";
   Index ridge_degree = 11;
   Index hardening_degree = 21;
-  bool keep_trajectories = false;  ///< Pass::along is kept; no option of a config
+  bool keep_trajectories = false;  ///< fills Pass::along. Set by the program alone: it costs memory
   template <class V>
   void fields(V&& visit) {
     visit("order", order, Range{0, 100}, "-", "n; 0: read from the singular values");
