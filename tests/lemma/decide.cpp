@@ -1,6 +1,7 @@
 // The verdict from synthetic evidence: a test for each row of the decision table, and what must hold for all of them.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
 
 #include "core/base/status.hpp"
 #include "core/gap/verdict/decide.hpp"
@@ -227,6 +228,33 @@ TEST_CASE("a second effect is named where the pair is needed and either alone is
   CHECK(decide(evidence).named.size() == 1);
   evidence.pairs = {pair(evidence, "coulomb_friction", "tyre_damping", "suspension", "tyre", 0.4)};
   CHECK(decide(evidence).named.size() == 2);
+}
+
+TEST_CASE("pairs that differ in one effect share its probability, and one pair in either order counts once") {
+  const auto told = [](bool rival_first, double rival_leaves) {
+    Evidence evidence = two_effects();
+    evidence.singles.push_back(single(evidence, "hysteresis", "suspension", 1.5));
+    const CandidateEvidence rival = pair(evidence, "hysteresis", "tyre_damping", "suspension", "tyre", rival_leaves);
+    const CandidateEvidence swapped = pair(evidence, "tyre_damping", "coulomb_friction", "tyre", "suspension", 0.011);
+    evidence.pairs.insert(rival_first ? evidence.pairs.begin() : evidence.pairs.end(), rival);
+    evidence.pairs.push_back(swapped);
+    return decide(evidence);
+  };
+  for (const bool rival_first : {false, true}) {
+    const Verdict tie = told(rival_first, 0.0101);
+    REQUIRE(tie.named.size() == 2);
+    CHECK(tie.suspects[0].name() == "coulomb_friction@suspension");
+    CHECK(tie.suspects[0].probability < 0.7);
+    CHECK(tie.suspects[1].probability > 0.9);
+    CHECK(tie.ambiguous_with == Names{"hysteresis@suspension"});
+    std::map<std::string, double> probabilities;
+    for (const Suspect& suspect : tie.suspects)
+      CHECK(probabilities.emplace(suspect.name(), suspect.probability).second);
+    CHECK(probabilities["hysteresis@suspension"] > 0.2);
+    const Verdict clear = told(rival_first, 0.9);
+    CHECK(clear.suspects[0].probability > 0.9);
+    CHECK(clear.ambiguous_with.empty());
+  }
 }
 
 TEST_CASE("a third effect is named where what two leave needs it, and none of the three can be spared") {

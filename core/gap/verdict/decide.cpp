@@ -157,6 +157,18 @@ std::vector<LocationProbability> locations_of_sets(const Case& c, const std::vec
   return locations;
 }
 
+/// How probable an effect is, by name: that of all sets that hold it.
+std::map<std::string, double> probabilities_in_sets(const Case& c, const Level& level) {
+  std::map<std::string, double> told;
+  for (const RankedCandidate& own : level.ranked) {
+    std::set<std::string> names;
+    for (const EffectEvidence& effect : level.sets[own.index].effects) names.insert(effect.name());
+    for (const std::string& name : names) told[name] += own.probability;
+  }
+  for (auto& [name, probability] : told) probability = std::min(probability, c.thresholds.limit);
+  return told;
+}
+
 /// The best set of one effect more, if it leaves less.
 std::optional<Level> grown(const Case& c, const CandidateEvidence& before) {
   const Evidence& e = c.evidence;
@@ -232,23 +244,23 @@ void name_effects(const Case& c, const Level& level, Verdict& verdict) {
       verdict.suspects.insert(place, suspect_of(set, set.effects[i], 0));
   }
   verdict.locations = locations_of_sets(c, level.sets, level.ranked, verdict.named.front());
-  // A pair stands there in either order, and alone its two effects had shared what they now have together.
-  const auto sure_of = [&](const EffectEvidence& effect) {
-    double sum = 0;
-    for (const RankedCandidate& own : level.ranked)
-      for (const EffectEvidence& other : level.sets[own.index].effects)
-        if (other.name() == effect.name()) {
-          sum += own.probability;
-          break;
-        }
-    return std::min(sum, c.thresholds.limit);
-  };
-  for (std::size_t i = 0; i < last; ++i)
-    verdict.suspects[i].probability = std::max(verdict.suspects[i].probability, sure_of(set.effects[i]));
-  verdict.suspects.insert(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(last),
-                          suspect_of(set, set.effects[last], sure_of(set.effects[last])));
+  // Sets speak for all of their effects, and of any that they hold they know more than effects alone do.
+  const std::map<std::string, double> told = probabilities_in_sets(c, level);
+  const auto next = verdict.suspects.begin() + static_cast<std::ptrdiff_t>(last);
+  const Suspect added = suspect_of(set, set.effects[last], 0);
+  verdict.suspects.erase(
+      std::remove_if(next, verdict.suspects.end(), [&](const Suspect& own) { return own.name() == added.name(); }),
+      verdict.suspects.end());
+  verdict.suspects.insert(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(last), added);
+  for (Suspect& suspect : verdict.suspects)
+    if (const auto own = told.find(suspect.name()); own != told.end()) suspect.probability = own->second;
+  std::stable_sort(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(last) + 1, verdict.suspects.end(),
+                   [](const Suspect& a, const Suspect& b) { return a.probability > b.probability; });
   verdict.ambiguous_with.clear();
-  add_ambiguous(c, level.ranked, verdict);
+  for (const auto& [name, probability] : told)
+    if (probability > c.thresholds.considered &&
+        std::find(verdict.named.begin(), verdict.named.end(), name) == verdict.named.end())
+      verdict.ambiguous_with.push_back(name);
 }
 
 /// Probabilities of effects as often right as they say. What the named ones gain, their rivals lose.

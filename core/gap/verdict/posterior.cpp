@@ -71,6 +71,9 @@ std::vector<RankedCandidate> unranked(const std::vector<CandidateEvidence>& cand
     const CandidateEvidence& own = candidates[i];
     list.push_back({own.last().effect, own.last().location, i, false, own.chi2, own.prior_chi2,
                     own.log_plausibility - thresholds.occam * static_cast<double>(own.parameters)});
+    if (own.effects.size() < 2) continue;
+    for (const EffectEvidence& effect : own.effects) list.back().set.push_back(effect.name());
+    std::sort(list.back().set.begin(), list.back().set.end());
   }
   return list;
 }
@@ -108,7 +111,9 @@ void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Th
                    [&](const RankedCandidate& a, const RankedCandidate& b) { return log_odds(a) > log_odds(b); });
   std::vector<RankedCandidate> distinct;
   for (RankedCandidate& own : list) {
-    const auto same = [&](const RankedCandidate& other) { return other.name() == own.name(); };
+    const auto same = [&](const RankedCandidate& other) {
+      return own.set.empty() ? other.name() == own.name() : other.set == own.set;
+    };
     if (std::any_of(distinct.begin(), distinct.end(), same)) continue;
     own.probability = std::exp(log_odds(own) - log_odds(distinct.empty() ? own : distinct.front()));
     sum += own.probability;

@@ -33,10 +33,11 @@ struct RankedCandidate {
   double prior_chi2 = 0;  ///< of that, the squared priors of the parameters
   double log_prior = 0;   ///< log of its prior probability, up to a constant
   double probability = 0;
+  std::vector<std::string> set = {};  ///< names of all effects of a set, in alphabetical order; empty: its own alone
   std::string name() const { return effect + "@" + location; }
 };
 
-/// One a candidate, by the last of its effects. Not yet ranked.
+/// One a candidate, under the name of the last of its effects. Not yet ranked.
 std::vector<RankedCandidate> unranked(const std::vector<CandidateEvidence>& candidates, const Thresholds& thresholds);
 /// A parameter that is free of its tolerance. @param tolerances of the evidence
 RankedCandidate unranked(const FreedEvidence& freed, std::size_t index,
@@ -50,7 +51,7 @@ struct Weighing {
   double dispersion = 1;  ///< of residuals, in units of the noise's variance
 };
 
-/// Keeps of each effect and place the most probable form, sets the probabilities, and sorts by them: log p = -(r^2 -
+/// Keeps of each set of effects the most probable form, sets the probabilities, and sorts by them: log p = -(r^2 -
 /// best) / (2 T) - z^2 / (2 sqrt(T / dispersion)) + log prior, chi2 = r^2 + z^2 (residuals and priors), T =
 /// max(colour, dispersion) + of_gap gap + of_remains (best - (1 + floor_error) floor). No form in a catalogue is that
 /// of the rig, so that every one leaves some share of the gap; T is how much of such a difference means nothing. Where
