@@ -9,6 +9,7 @@
 #include "bench/report.hpp"
 #include "core/base/files.hpp"
 #include "core/base/status.hpp"
+#include "experiments/run/memory.hpp"
 #include "experiments/run/provenance.hpp"
 #ifdef WHEELHOP_HAS_PEERS
 #include "bench/peers.hpp"
@@ -36,10 +37,14 @@ const char* const kHelp =
 }  // namespace
 
 int main(int argc, char** argv) {
+  keep_freed_memory();  // as the program does, for the peers too
   std::string out;
   std::vector<char*> passed = {argv[0]};
   std::string interleaved = "--benchmark_enable_random_interleaving=true";
+  // Every repetition first runs untimed: what others did between two of them took its data out of the caches.
+  std::string warm = "--benchmark_min_warmup_time=0.1";
   passed.push_back(interleaved.data());
+  passed.push_back(warm.data());
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--help") == 0) {
       fmt::print("{}", kHelp);

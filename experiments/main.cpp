@@ -14,6 +14,7 @@
 #include "core/base/json.hpp"
 #include "core/base/status.hpp"
 #include "experiments/command/command.hpp"
+#include "experiments/run/memory.hpp"
 #include "experiments/run/provenance.hpp"
 #include "experiments/run/standard_output.hpp"
 #include "experiments/run/stop.hpp"
@@ -112,6 +113,7 @@ int run_program(int count, char** words) {
 int main(int count, char** words) {
   try {
     wheelhop::keep_standard_streams();
+    wheelhop::keep_freed_memory();
     wheelhop::add_extra_pieces();
     return run_program(count, words);
   } catch (const wheelhop::UserError& error) {

@@ -2,7 +2,7 @@
 #include "core/kernels/correlation.hpp"
 
 #include "core/kernels/correlation_loops.hpp"
-#include "core/kernels/correlation_sets.hpp"
+#include "core/kernels/kernel_sets.hpp"
 
 namespace wheelhop {
 
@@ -38,10 +38,8 @@ namespace {
 Index whole_vectors(Index count) { return (count + kLanes - 1) / kLanes * kLanes; }
 
 #ifdef __x86_64__
-bool has_avx512() { return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"); }
-bool has_avx2() { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }
-PlainCorrelations* const plain = has_avx512() ? plain_avx512 : has_avx2() ? plain_avx2 : plain_portable;
-ExtendedCorrelations* const extended = has_avx512() ? extended_avx512 : has_avx2() ? extended_avx2 : extended_portable;
+PlainCorrelations* const plain = widest(plain_portable, plain_avx2, plain_avx512);
+ExtendedCorrelations* const extended = widest(extended_portable, extended_avx2, extended_avx512);
 #else
 PlainCorrelations* const plain = plain_portable;
 ExtendedCorrelations* const extended = extended_portable;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 
 #include "core/kernels/double_double.hpp"
 
@@ -14,7 +15,8 @@ namespace {
 using Count = std::ptrdiff_t;
 constexpr Count kLanes = 8;
 
-double sum_of_lanes(const double* lanes) {
+/// The order in which halves of vectors are added, so that every instruction set rounds alike.
+inline double sum_of_lanes(const double* lanes) {
   return ((lanes[0] + lanes[4]) + (lanes[2] + lanes[6])) + ((lanes[1] + lanes[5]) + (lanes[3] + lanes[7]));
 }
 
@@ -30,27 +32,43 @@ void keep(const double* high, const double* low, double& sum_high, double& sum_l
   sum_low = sum.low;
 }
 
-/// Fixed x Lags sums in registers.
+/// Fixed x Lags sums in registers. V::at<L>() is the vector L samples after the one at hand, made from the latter and
+/// its successor or loaded, whichever the instruction set does better.
 template <class V, int Fixed, int Lags>
 [[gnu::always_inline]] inline void tile(const double* const* fixed, const double* moving, Count count, double* sums,
                                         Count stride) {
   V sum[Fixed][Lags];
   for (int f = 0; f < Fixed; ++f)
     for (int l = 0; l < Lags; ++l) sum[f][l] = V::zero();
+  V here = V::load(moving);
   for (Count k = 0; k < count; k += kLanes) {
     V x[Fixed];
     for (int f = 0; f < Fixed; ++f) x[f] = V::load(fixed[f] + k);
-    for (int l = 0; l < Lags; ++l) {
-      const V y = V::load(moving + k + l);
-      for (int f = 0; f < Fixed; ++f) sum[f][l].add_product(x[f], y);
+    const double* const p = moving + k;
+    const V next = V::load(p + kLanes);
+    [&]<int... L>(std::integer_sequence<int, L...>) {
+      const auto add = [&](int l, const V& y) {
+        for (int f = 0; f < Fixed; ++f) sum[f][l].add_product(x[f], y);
+      };
+      (add(L, V::template at<L>(here, next, p)), ...);
     }
+    (std::make_integer_sequence<int, Lags>());
+    here = next;
   }
   for (int f = 0; f < Fixed; ++f)
-    for (int l = 0; l < Lags; ++l) {
-      double lanes[kLanes];
-      sum[f][l].store(lanes);
-      sums[f * stride + l] += sum_of_lanes(lanes);
-    }
+    for (int l = 0; l < Lags; ++l) sums[f * stride + l] += sum[f][l].total();
+}
+
+/// The last lags, fewer than make a whole tile.
+template <class V, int Fixed, int Lags>
+[[gnu::always_inline]] inline void last_lags(const double* const* fixed, const double* moving, Count lags, Count count,
+                                             double* sums, Count stride) {
+  if constexpr (Lags > 0) {
+    if (lags == Lags)
+      tile<V, Fixed, Lags>(fixed, moving, count, sums, stride);
+    else
+      last_lags<V, Fixed, Lags - 1>(fixed, moving, lags, count, sums, stride);
+  }
 }
 
 template <class V, int Fixed, int Lags>
@@ -58,7 +76,7 @@ template <class V, int Fixed, int Lags>
                                             double* sums) {
   Count l = 0;
   for (; l + Lags <= lags; l += Lags) tile<V, Fixed, Lags>(fixed, moving + l, count, sums + l, lags);
-  for (; l < lags; ++l) tile<V, Fixed, 1>(fixed, moving + l, count, sums + l, lags);
+  last_lags<V, Fixed, Lags - 1>(fixed, moving + l, lags - l, count, sums + l, lags);
 }
 
 template <class V, int Lags>

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "core/kernels/cholesky.hpp"
 #include "core/kernels/correlation.hpp"
 #include "core/kernels/double_double.hpp"
 
@@ -21,60 +22,20 @@ constexpr double kEps = 0x1p-53;
 constexpr double kPlainSum = 16 * kEps;
 constexpr double kExtendedSum = 16 * kEps * kEps;
 
-/// Lower Cholesky factor in twice the precision, column by column. @param high, low in: the lower triangle; out: the
-/// factor   @return false where a pivot is lost
-bool cholesky_extended(Matrix& high, Matrix& low) {
-  const Index n = high.rows();
-  for (Index j = 0; j < n; ++j) {
-    double* const wh = high.col(j).data();
-    double* const wl = low.col(j).data();
-    for (Index k = 0; k < j; ++k) {
-      const double* const lh = high.col(k).data();
-      const double* const ll = low.col(k).data();
-      const double ch = lh[j], cl = ll[j];
-#pragma GCC ivdep
-      for (Index i = j; i < n; ++i) {
-        const double p = lh[i] * ch;
-        const double e = std::fma(lh[i], ch, -p) + (lh[i] * cl + ll[i] * ch);
-        const double s = wh[i] - p, z = s - wh[i];
-        wl[i] += ((wh[i] - (s - z)) - (p + z)) - e;
-        wh[i] = s;
-      }
-    }
-    const DoubleDouble pivot = two_sum(wh[j], wl[j]);
-    // A pivot of the size of its own rounding errors is that of a row which follows from those above it.
-    if (!(pivot.high > static_cast<double>(n) * kExtendedSum) || !std::isfinite(pivot.high)) return false;
-    const DoubleDouble scale = inverse_sqrt(pivot);
-    for (Index i = j; i < n; ++i) {
-      const DoubleDouble value = two_sum(wh[i], wl[i]) * scale;
-      wh[i] = value.high;
-      wl[i] = value.low;
-    }
-  }
-  return true;
-}
-
 /// Largest relative error of a diagonal entry of the factor R of a scaled Gram matrix whose entries are off by `sums`:
 /// dR = R Phi(E), E = R^-1 dG R^-T, Phi the lower triangle with half the diagonal, so dR_ii / R_ii = E_ii / 2. Entries
 /// of dG are drawn as products z_i z_j of random signs, four times.
-double diagonal_error(const Matrix& R, double sums) {
+double diagonal_error(ConstMatrixRef R, double sums) {
   const Index n = R.rows();
-  Vector squares = Vector::Zero(n);
-  std::uint32_t state = 1;
   constexpr int kDraws = 4;
-  for (int draw = 0; draw < kDraws; ++draw) {
-    Vector v(n);
-    for (Index i = 0; i < n; ++i) {
-      state = state * 1664525u + 1013904223u;  // Numerical Recipes' generator; its top bit is a sign
-      v(i) = (state >> 31) != 0 ? 1 : -1;
-    }
-    for (Index j = 0; j < n; ++j) {
-      v(j) /= R(j, j);
-      for (Index i = j + 1; i < n; ++i) v(i) -= R(i, j) * v(j);
-    }
-    squares += v.cwiseAbs2();
+  std::uint32_t state = 1;
+  Matrix draws(n, kDraws);
+  for (double& sign : draws.reshaped()) {
+    state = state * 1664525u + 1013904223u;  // Numerical Recipes' generator; its top bit is a sign
+    sign = (state >> 31) != 0 ? 1 : -1;
   }
-  return 0.5 * sums * squares.maxCoeff() / kDraws;
+  R.triangularView<Eigen::Lower>().solveInPlace(draws);
+  return 0.5 * sums * draws.rowwise().squaredNorm().maxCoeff() / kDraws;
 }
 
 }  // namespace
@@ -278,47 +239,69 @@ std::optional<GramFactor> HankelGram::factor() const {
     for (Index l = 0; l < item.rows; ++l)
       for (Index c = 0; c < signal(item.signal).channels; ++c)
         order.push_back({signal(item.signal).first + c, item.first + l - signal(item.signal).from});
-  Matrix high(size_, size_), low;
-  if (extended) low = Matrix::Zero(size_, size_);
-  const auto put = [&](Index i, Index j, const Sums& sums, std::size_t at) {
-    high(i, j) = sums.high[at];
-    if (extended) low(i, j) = sums.low[at];
-  };
-  high(0, 0) = static_cast<double>(columns_);
-  for (Index j = 0; j < size_ - 1; ++j) {
-    const Row second = order[static_cast<std::size_t>(j)];
-    put(j + 1, 0, totals_[static_cast<std::size_t>(second.channel)], static_cast<std::size_t>(second.lag));
-    for (Index i = j; i < size_ - 1; ++i) {
-      Row x = order[static_cast<std::size_t>(i)], y = second;
-      const Index X = signal_of(x.channel), Y = signal_of(y.channel);
-      if (X > Y || (X == Y && x.lag > y.lag)) std::swap(x, y);
-      put(i + 1, j + 1, pairs_[static_cast<std::size_t>(x.channel * channels_ + y.channel)],
-          static_cast<std::size_t>(x.lag * signal(signal_of(y.channel)).lags() + y.lag));
-    }
-  }
   // Rows scaled to a size between 1 and 2 by powers of two, which cost no digits.
   Vector scale(size_);
   for (Index i = 0; i < size_; ++i) {
-    if (!(high(i, i) > 0) || !std::isfinite(high(i, i))) return {};
-    scale(i) = std::exp2(-std::floor(0.5 * std::log2(high(i, i))));
-  }
-  for (Index j = 0; j < size_; ++j)
-    for (Index i = j; i < size_; ++i) {
-      high(i, j) *= scale(i) * scale(j);
-      if (extended) low(i, j) *= scale(i) * scale(j);
+    double square = static_cast<double>(columns_);
+    if (i > 0) {
+      const auto [c, lag] = order[static_cast<std::size_t>(i - 1)];
+      square = pair(c, c).high[static_cast<std::size_t>(lag * (signal(signal_of(c)).lags() + 1))];
     }
-  GramFactor result;
-  if (extended) {
-    if (!cholesky_extended(high, low)) return {};
-    result.R = high;
-    for (Index j = 1; j < size_; ++j) result.R.col(j).head(j).setZero();
-  } else {
-    result.R = cholesky_lower(high);
-    if (result.R.size() == 0) return {};
+    if (!(square > 0) || !std::isfinite(square)) return {};
+    scale(i) = std::exp2(-std::floor(0.5 * std::log2(square)));
   }
-  result.error = std::max(kEps, diagonal_error(result.R, extended ? kExtendedSum : kPlainSum));
-  for (Index j = 0; j < size_; ++j)
-    for (Index i = j; i < size_; ++i) result.R(i, j) /= scale(i);
+  const Index stored = cholesky_stride(size_);
+  Matrix high(stored, size_), low;
+  if (extended) low = Matrix::Zero(stored, size_);
+  // Rows of a group of the factorisation that lie above the diagonal or below the last row.
+  for (Index j = 0; j < size_; ++j) {
+    high.col(j).segment(j / kCholeskyRows * kCholeskyRows, j % kCholeskyRows).setZero();
+    high.col(j).tail(stored - size_).setZero();
+  }
+  high(0, 0) = static_cast<double>(columns_) * scale(0) * scale(0);
+  // The products of one row with all rows of a channel, `step` apart.
+  struct Line {
+    const double *high = nullptr, *low = nullptr;
+    Index step = 0;
+  };
+  // A pair is stored once, its first row that of the earlier signal or, in one signal, of the smaller lag.
+  std::vector<Line> as_first(static_cast<std::size_t>(channels_)), as_second(as_first.size());
+  for (Index j = 1; j < size_; ++j) {
+    const auto [own, lag] = order[static_cast<std::size_t>(j - 1)];
+    const Sums& total = totals_[static_cast<std::size_t>(own)];
+    high(j, 0) = total.high[static_cast<std::size_t>(lag)] * (scale(0) * scale(j));
+    if (extended) low(j, 0) = total.low[static_cast<std::size_t>(lag)] * (scale(0) * scale(j));
+    const Index Y = signal_of(own);
+    for (Index c = 0; c < channels_; ++c) {
+      const Index X = signal_of(c);
+      const auto at = static_cast<std::size_t>(c);
+      const auto line = [&](const Sums& sums, Index first, Index step) {
+        return Line{sums.high.data() + first, extended ? sums.low.data() + first : nullptr, step};
+      };
+      if (X <= Y) as_first[at] = line(pair(c, own), lag, signal(Y).lags());
+      if (X >= Y) as_second[at] = line(pair(own, c), lag * signal(X).lags(), 1);
+      if (X < Y) as_second[at] = as_first[at];
+      if (X > Y) as_first[at] = as_second[at];
+    }
+    for (Index i = j; i < size_; ++i) {
+      const auto [c, other] = order[static_cast<std::size_t>(i - 1)];
+      const Line& line = (other > lag ? as_second : as_first)[static_cast<std::size_t>(c)];
+      const double both = scale(i) * scale(j);
+      high(i, j) = line.high[other * line.step] * both;
+      if (extended) low(i, j) = line.low[other * line.step] * both;
+    }
+  }
+  // A pivot of the size of its own rounding errors is that of a row which follows from those above it.
+  if (!(extended ? cholesky_extended(high, low, static_cast<double>(size_) * kExtendedSum) : cholesky_plain(high)))
+    return {};
+  GramFactor result;
+  result.error = std::max(kEps, diagonal_error(high.topRows(size_), extended ? kExtendedSum : kPlainSum));
+  scale = scale.cwiseInverse();
+  result.R.resize(size_, size_);
+  for (Index j = 0; j < size_; ++j) {
+    result.R.col(j).head(j).setZero();
+    result.R.col(j).tail(size_ - j) = high.col(j).segment(j, size_ - j).cwiseProduct(scale.tail(size_ - j));
+  }
   // What was taken from the channels goes into the first column, that of the constant row.
   for (Index i = 1; i < size_; ++i)
     result.R(i, 0) += shift_[static_cast<std::size_t>(order[static_cast<std::size_t>(i - 1)].channel)] * result.R(0, 0);

@@ -73,6 +73,7 @@ class HankelGram {
   void add_record(Index A, Index a, Index B, Index b);
   double* channel(Index c) { return samples_.data() + c * stride_; }
   Sums& pair(Index a, Index b) { return pairs_[static_cast<std::size_t>(a * channels_ + b)]; }
+  const Sums& pair(Index a, Index b) const { return pairs_[static_cast<std::size_t>(a * channels_ + b)]; }
   Index signal_of(Index c) const { return signal_of_[static_cast<std::size_t>(c)]; }
   const Signal& signal(Index A) const { return signals_[static_cast<std::size_t>(A)]; }
 

@@ -4,8 +4,10 @@
 #include <catch2/catch.hpp>
 
 #include "core/base/random.hpp"
+#include "core/kernels/cholesky.hpp"
 #include "core/kernels/correlation.hpp"
 #include "core/kernels/hankel_gram.hpp"
+#include "core/kernels/kernel_sets.hpp"
 #include "core/kernels/streamed_qr.hpp"
 #include "core/model/linear.hpp"
 #include "tests/support/systems.hpp"
@@ -173,4 +175,84 @@ TEST_CASE("correlations: every number of sequences and lags, any length, and twi
   double high = 0, low = 0;
   add_correlations_extended(&pointer, 1, moving.data(), 1, count, &high, &low);
   CHECK(high + low == Approx((count - 2) * 0x1p-80).epsilon(1e-9));
+}
+
+namespace {
+
+/// The sets that this processor has.
+std::vector<KernelSet> kernel_sets() {
+  std::vector<KernelSet> sets = {KernelSet::portable};
+  if (kernel_set() >= KernelSet::avx2) sets.push_back(KernelSet::avx2);
+  if (kernel_set() >= KernelSet::avx512) sets.push_back(KernelSet::avx512);
+  return sets;
+}
+
+template <class Function>
+Function* of(KernelSet set, Function* portable, [[maybe_unused]] Function* avx2, [[maybe_unused]] Function* avx512) {
+#ifdef __x86_64__
+  if (set == KernelSet::avx512) return avx512;
+  if (set == KernelSet::avx2) return avx2;
+#endif
+  return portable;
+}
+
+/// Symmetric and positive definite, with condition 10^(2 decades); room for whole groups of rows.
+Matrix positive(Index n, double decades, Random& random) {
+  const Matrix Q = random.normal(n, n) *
+                   Vector::LinSpaced(n, 0, -decades).unaryExpr([](double x) { return std::pow(10.0, x); }).asDiagonal();
+  Matrix A = Matrix::Zero(cholesky_stride(n), n);
+  A.topRows(n) = Matrix(Q * Q.transpose()).selfadjointView<Eigen::Lower>();
+  return A;
+}
+
+}  // namespace
+
+TEST_CASE("correlations: every instruction set gives the same bits") {
+  Random random = numbers(4105);
+  const Index count = 168, lags = 19, fixed_count = 7;
+  const Matrix fixed = random.normal(count, fixed_count);
+  const Vector moving = random.normal(count + lags - 1 + kCorrelationPadding, 1);
+  std::vector<const double*> pointers;
+  for (Index f = 0; f < fixed_count; ++f) pointers.push_back(fixed.col(f).data());
+  std::vector<double> first, first_high, first_low;
+  for (const KernelSet set : kernel_sets()) {
+    std::vector<double> plain(static_cast<std::size_t>(fixed_count * lags), 1), high(plain), low(plain.size(), 0);
+    of(set, plain_portable, plain_avx2, plain_avx512)(pointers.data(), fixed_count, moving.data(), lags, count,
+                                                      plain.data());
+    of(set, extended_portable, extended_avx2, extended_avx512)(pointers.data(), fixed_count, moving.data(), lags, count,
+                                                               high.data(), low.data());
+    if (first.empty()) first = plain, first_high = high, first_low = low;
+    CHECK(plain == first);
+    CHECK(high == first_high);
+    CHECK(low == first_low);
+  }
+}
+
+TEST_CASE(
+    "Cholesky's factor: its square is the matrix, on every instruction set the same bits, and no root of a loss") {
+  Random random = numbers(4106);
+  for (const Index n : {1, 2, 3, 7, 8, 9, 15, 16, 17, 31, 40, 67}) {
+    const Matrix A = positive(n, 2, random);
+    Matrix first, first_high, first_low;
+    for (const KernelSet set : kernel_sets()) {
+      Matrix L = A, high = A, low = Matrix::Zero(A.rows(), n);
+      REQUIRE(of(set, plain_cholesky_portable, plain_cholesky_avx2, plain_cholesky_avx512)(L.data(), n, L.rows()));
+      REQUIRE(of(set, extended_cholesky_portable, extended_cholesky_avx2, extended_cholesky_avx512)(
+          high.data(), low.data(), n, high.rows(), 0));
+      for (Matrix* one : {&L, &high, &low}) *one = Matrix(one->topRows(n).triangularView<Eigen::Lower>());
+      CHECK((L * L.transpose() - A.topRows(n)).norm() < 1e-15 * static_cast<double>(n + 4) * A.norm());
+      using Long = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+      const Long whole = high.cast<long double>() + low.cast<long double>();
+      CHECK(static_cast<double>((whole * whole.transpose() - A.topRows(n).cast<long double>()).norm()) <
+            1e-18 * static_cast<double>(n + 4) * A.norm());
+      if (first.size() == 0) first = L, first_high = high, first_low = low;
+      CHECK(L == first);
+      CHECK(high == first_high);
+      CHECK(low == first_low);
+    }
+    Matrix lost = A, lost_high = A, lost_low = Matrix::Zero(A.rows(), n);
+    lost(n - 1, n - 1) = lost_high(n - 1, n - 1) = -1;
+    CHECK_FALSE(cholesky_plain(lost));
+    CHECK_FALSE(cholesky_extended(lost_high, lost_low, 0));
+  }
 }

@@ -1,0 +1,42 @@
+/// \file
+/// The functions behind correlation.hpp and cholesky.hpp, by instruction set. `count` is a multiple of 8, and so is
+/// `stride`.
+#pragma once
+
+#include <cstddef>
+
+namespace wheelhop {
+
+using PlainCorrelations = void(const double* const* fixed, std::ptrdiff_t fixed_count, const double* moving,
+                               std::ptrdiff_t lags, std::ptrdiff_t count, double* sums);
+using ExtendedCorrelations = void(const double* const* fixed, std::ptrdiff_t fixed_count, const double* moving,
+                                  std::ptrdiff_t lags, std::ptrdiff_t count, double* high, double* low);
+using PlainCholesky = bool(double* a, std::ptrdiff_t n, std::ptrdiff_t stride);
+using ExtendedCholesky = bool(double* high, double* low, std::ptrdiff_t n, std::ptrdiff_t stride, double least_pivot);
+
+PlainCorrelations plain_avx2, plain_avx512, plain_portable;
+ExtendedCorrelations extended_avx2, extended_avx512, extended_portable;
+PlainCholesky plain_cholesky_avx2, plain_cholesky_avx512, plain_cholesky_portable;
+ExtendedCholesky extended_cholesky_avx2, extended_cholesky_avx512, extended_cholesky_portable;
+
+/// The widest set that this processor has.
+enum class KernelSet { portable, avx2, avx512 };
+inline KernelSet kernel_set() {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) return KernelSet::avx512;
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return KernelSet::avx2;
+#endif
+  return KernelSet::portable;
+}
+
+/// Of three functions the one for this processor.
+template <class Function>
+Function* widest(Function* portable, [[maybe_unused]] Function* avx2, [[maybe_unused]] Function* avx512) {
+#ifdef __x86_64__
+  if (kernel_set() == KernelSet::avx512) return avx512;
+  if (kernel_set() == KernelSet::avx2) return avx2;
+#endif
+  return portable;
+}
+
+}  // namespace wheelhop
