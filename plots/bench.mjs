@@ -3,7 +3,7 @@
 // Usage: node plots/bench.mjs RESULT.json FIGURE.svg
 import { readFileSync, writeFileSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
-import { drawSvg } from './figure.mjs';
+import { InputError, loadDrawing } from './input.mjs';
 
 /** Case and ratio of every peer; an error where the file is no bench result. */
 export function ratios(result) {
@@ -87,10 +87,11 @@ export function specification(result) {
   };
 }
 
-export function toSvg(result) {
+export async function toSvg(result) {
   const values = ratios(result);
   const ahead = values.filter((item) => item.ratio >= 1).length;
   const words = `Time of each peer over that of wheelhop, by kernel and case, on a logarithmic scale. Wheelhop is faster in ${ahead} of ${values.length}.`;
+  const [{ drawSvg }] = await loadDrawing('./figure.mjs');
   return drawSvg(specification(result), 'bench', 'Kernels beside their peers', words);
 }
 
@@ -103,7 +104,7 @@ if (process.argv[1] && import.meta.url === pathToFileURL(process.argv[1]).href) 
   try {
     writeFileSync(to, await toSvg(JSON.parse(readFileSync(from, 'utf8'))));
   } catch (error) {
-    console.error(`plots/bench.mjs: ${from}: ${error.message}`);
+    console.error(`plots/bench.mjs: ${error instanceof InputError ? '' : `${from}: `}${error.message}`);
     process.exit(1);
   }
 }

@@ -4,6 +4,16 @@ import { join } from 'node:path';
 
 export class InputError extends Error {}
 
+/** Modules of this folder that need the figure packages. */
+export async function loadDrawing(...files) {
+  try {
+    return await Promise.all(files.map((file) => import(file)));
+  } catch (error) {
+    if (error.code !== 'ERR_MODULE_NOT_FOUND') throw error;
+    throw new InputError('the figure packages are not installed: run "npm ci" in the folder plots');
+  }
+}
+
 /** The lines of a figure, in the order in which they are drawn and stand in the legend. */
 export const LINES = ['measured', 'linear', 'nonlinear', 'refined'];
 

@@ -12,7 +12,7 @@
 import { chmodSync, existsSync, renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { readDiagnosis } from './diagnosis_input.mjs';
-import { InputError, readFigures, readTable } from './input.mjs';
+import { InputError, loadDrawing, readFigures, readTable } from './input.mjs';
 import { readSweep } from './sweep_input.mjs';
 
 const USAGE = 'usage: node render.mjs DIR [--out FILE.html], or node render.mjs DIAGNOSIS.json [--out FILE.html]';
@@ -22,15 +22,6 @@ function parse(words) {
   const known = words.length === 1 || (words.length === 3 && option === '--out' && file);
   if (!result || result.startsWith('-') || !known || rest.length) throw new InputError(USAGE);
   return { result, out: file };
-}
-
-async function load(...files) {
-  try {
-    return await Promise.all(files.map((file) => import(file)));
-  } catch (error) {
-    if (error.code !== 'ERR_MODULE_NOT_FOUND') throw error;
-    throw new InputError('the figure packages are not installed: run "npm ci" in the folder plots');
-  }
 }
 
 /** All files or none: each is written beside its place first. One that is replaced keeps its mode. */
@@ -54,7 +45,7 @@ function writeAll(files) {
 async function drawReproduction(directory, out = join(directory, 'report.html')) {
   const table = readTable(directory);
   const figures = readFigures(directory);
-  const [{ toSvg }, { page }] = await load('./figure.mjs', './report.mjs');
+  const [{ toSvg }, { page }] = await loadDrawing('./figure.mjs', './report.mjs');
   const svgs = [];
   for (const signal of figures.signals) svgs.push(await toSvg(figures, signal));
   const named = figures.signals.map((signal, i) => [join(directory, 'figures', `figure${signal.figure}.svg`), svgs[i]]);
@@ -63,7 +54,7 @@ async function drawReproduction(directory, out = join(directory, 'report.html'))
 
 async function drawDiagnosis(file, out = file.replace(/\.[^./\\]*$/, '') + '.html') {
   const { diagnosis, figures } = readDiagnosis(file);
-  const [{ drawSvg }, { diagnosisFigures }, { diagnosisPage }] = await load('./figure.mjs', './diagnosis_figures.mjs', './diagnosis.mjs');
+  const [{ drawSvg }, { diagnosisFigures }, { diagnosisPage }] = await loadDrawing('./figure.mjs', './diagnosis_figures.mjs', './diagnosis.mjs');
   const drawn = [];
   for (const { name, title, caption, spec } of diagnosisFigures(diagnosis, figures))
     drawn.push({ name, title, caption, svg: await drawSvg(spec, name, title, caption) });
@@ -72,7 +63,7 @@ async function drawDiagnosis(file, out = file.replace(/\.[^./\\]*$/, '') + '.htm
 
 async function drawSweep(directory, out = join(directory, 'report.html')) {
   const sweep = readSweep(directory);
-  const [{ sweepPage }] = await load('./sweep.mjs');
+  const [{ sweepPage }] = await loadDrawing('./sweep.mjs');
   writeAll([[out, sweepPage(sweep)]]);
 }
 
