@@ -345,11 +345,14 @@ TEST_CASE(
   CHECK(decide(evidence).named.size() == 1);
   evidence.singles[0].freed.pop_back();
   CHECK(decide(evidence).named.size() == 2);
-  // Where the effect leaves much, its form is not the rig's, and the same tolerances may bend around that.
+  // Where the effect leaves much, its form is not the rig's, and a parameter may bend around that: one that the records
+  // hardly tell does, one that they tell sharply does not.
   for (CandidateEvidence& candidate : evidence.singles) candidate.chi2 += 0.2 * evidence.samples;
   evidence.singles[0].freed[0].chi2 += 0.2 * evidence.samples;
   evidence.retuned_chi2 += evidence.samples;
   CHECK(decide(evidence).named.size() == 1);
+  evidence.singles[0].freed[0].std = 0.05;
+  CHECK(decide(evidence).named.size() == 2);
 }
 
 TEST_CASE("an answer from a place that another signal explains better loses its name") {

@@ -251,10 +251,9 @@ std::string others_out(const Evidence& evidence, const FreedEvidence& freed, con
 
 double probability_beside(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds) {
   const double remains = freed.chi2 - (1 + thresholds.floor_error) * evidence.samples;
-  const double bent = thresholds.of_remains * std::max(remains, 0.0) / evidence.dispersion;
+  const double of_form = std::max(remains, 0.0) / evidence.dispersion / thresholds.directions;
   const double theta = freed.theta[freed.tolerance];
-  const double wald =
-      theta * theta / (1 + std::sqrt(evidence.noise.colour) * freed.std * freed.std) / std::sqrt(1 + bent);
+  const double wald = theta * theta / (1 + (std::sqrt(evidence.noise.colour) + of_form) * freed.std * freed.std);
   const double parameters = static_cast<double>(std::max<std::size_t>(evidence.tolerances.size(), 1));
   return 1 / (1 + std::exp(-0.5 * wald + std::log(parameters / thresholds.one_wrong) + std::log(thresholds.wrong_by)));
 }

@@ -119,11 +119,11 @@ std::string others_out(const Evidence& evidence, const FreedEvidence& freed, con
 
 /// Probability that a parameter set free beside a candidate is wrong, where one of n parameters is with probability
 /// `one_wrong`, and a wrong one lies N(0, wrong_by^2) tolerances off: log odds = W / 2 - log(n / one_wrong) -
-/// log(wrong_by), W = theta^2 / (1 + sqrt(colour) std^2) / sqrt(1 + of_remains r), Wald's statistic of its deviation
-/// against its tolerance. Coloured noise makes the variance of a deviation up to `colour` times larger than white noise
-/// of its power does, and not at all where the parameter shows at its quiet frequencies: the geometric mean is a
-/// judgement. r, the chi2 that is left above the floor, is the work of a form that is not the rig's, which bends
-/// parameters too.
+/// log(wrong_by), W = theta^2 / (1 + (sqrt(colour) + r / directions) std^2), Wald's statistic of its deviation against
+/// its tolerance. Coloured noise makes the variance of a deviation up to `colour` times larger than white noise of its
+/// power does, and not at all where the parameter shows at its quiet frequencies: the geometric mean is a judgement. r,
+/// the chi2 that is left above the floor, is the work of a form that is not the rig's. It bends parameters as noise
+/// does, those the most that the records tell the least.
 double probability_beside(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds);
 
 /// True if the gap closes with the parameter free, and no other one leaves its tolerance.
