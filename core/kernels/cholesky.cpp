@@ -1,6 +1,8 @@
 // Compiled with -ffp-contract=off: what a fused multiply-add does is written out, and nothing else is fused.
 #include "core/kernels/cholesky.hpp"
 
+#include <stdexcept>
+
 #include "core/kernels/cholesky_loops.hpp"
 #include "core/kernels/kernel_sets.hpp"
 
@@ -65,11 +67,21 @@ PlainCholesky* const plain = plain_cholesky_portable;
 ExtendedCholesky* const extended = extended_cholesky_portable;
 #endif
 
+void require_whole_groups(const MatrixRef& a) {
+  if (a.rows() != cholesky_stride(a.cols()) || a.outerStride() != a.rows())
+    throw std::invalid_argument("cholesky: cholesky_stride(n) x n, stored without gaps");
+}
+
 }  // namespace
 
-bool cholesky_plain(MatrixRef a) { return plain(a.data(), a.cols(), a.outerStride()); }
+bool cholesky_plain(MatrixRef a) {
+  require_whole_groups(a);
+  return plain(a.data(), a.cols(), a.outerStride());
+}
 
 bool cholesky_extended(MatrixRef high, MatrixRef low, double least_pivot) {
+  require_whole_groups(high);
+  require_whole_groups(low);
   return extended(high.data(), low.data(), high.cols(), high.outerStride(), least_pivot);
 }
 

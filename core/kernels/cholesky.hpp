@@ -14,7 +14,7 @@ inline Index cholesky_stride(Index n) { return (n + kCholeskyRows - 1) / kCholes
 /// Lower factor L of a symmetric positive definite matrix, A = L L', in place.
 /// @param a  cholesky_stride(n) x n; in: the lower triangle of A, and anything finite elsewhere; out: that of L, and
 ///           anything elsewhere
-/// @return false where a pivot is not positive
+/// @return false where a pivot is not positive. Throws std::invalid_argument where a has another shape.
 /// All instruction sets round alike. Cost: n^3 / 6 fused multiply-adds.
 bool cholesky_plain(MatrixRef a);
 

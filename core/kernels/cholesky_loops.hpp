@@ -56,7 +56,7 @@ template <class V, int Columns, int Groups>
     for (int d = 0; d < Columns; ++d) pivot[d][c] = lanes[j % 8 + d];
   }
   for (int c = 0; c < Columns; ++c) {
-    if (!(pivot[c][c] > 0) || !std::isfinite(pivot[c][c])) return false;
+    if (!(pivot[c][c] > 0) || !__builtin_isfinite(pivot[c][c])) return false;
     inverse[c] = 1 / std::sqrt(pivot[c][c]);
     for (int d = c; d < Columns; ++d) pivot[d][c] *= inverse[c];
     for (int e = c + 1; e < Columns; ++e)
@@ -120,7 +120,7 @@ template <class V, int Columns>
     double* const wh = high + j * stride;
     double* const wl = low + j * stride;
     const DoubleDouble pivot = two_sum(wh[j], wl[j]);
-    if (!(pivot.high > least_pivot) || !std::isfinite(pivot.high)) return false;
+    if (!(pivot.high > least_pivot) || !__builtin_isfinite(pivot.high)) return false;
     const DoubleDouble scale = inverse_sqrt(pivot);
     for (std::ptrdiff_t i = j; i < n; ++i) {
       const DoubleDouble value = two_sum(wh[i], wl[i]) * scale;

@@ -336,6 +336,9 @@ TEST_CASE(
   damping.std = 1;
   evidence.noise.colour = 30;  // or less surely than white noise would let them
   CHECK(decide(evidence).named.size() == 1);
+  damping.std_of_tolerances = 1;  // unless it is the other tolerances that leave it open
+  CHECK(decide(evidence).named.size() == 2);
+  damping.std_of_tolerances = 0;
   evidence.noise.colour = 1;
   CHECK(decide(evidence).named.size() == 2);
   evidence.singles[0].freed[0].z[0] = 5;  // another one is out as well

@@ -85,6 +85,37 @@ TEST_CASE("of an effect's forms the most probable counts, and an implausible siz
   CHECK(probability_of(list, "b") == Approx(1 / (1 + std::exp(-3.0))));
 }
 
+TEST_CASE("laws of one instrument are nearly exact: their difference counts, and other places gain nothing by it") {
+  const auto ranked = [](const std::string& place, double behind, bool in_pairs) {
+    std::vector<RankedCandidate> list = {{"time_delay", place, 0, false, 1000, 0, 0},
+                                         {"sensor_lag", place, 1, false, 1000 + behind, 0, 0},
+                                         {"coulomb_friction", "suspension", 2, false, 1100, 0, 0}};
+    if (in_pairs)
+      for (RankedCandidate& own : list) own.set = {own.name(), "tyre_damping@tyre"};
+    rank(list, {1, 1e4, 1000}, {});
+    return list;
+  };
+  for (const bool in_pairs : {false, true}) {
+    CHECK(probability_of(ranked("spring", 30, in_pairs), "sensor_lag") > 0.3);
+    const std::vector<RankedCandidate> tie = ranked("sensor:travel", 0, in_pairs);
+    CHECK(probability_of(tie, "sensor_lag") == Approx(probability_of(tie, "time_delay")));
+    for (const double behind : {5.0, 30.0}) {
+      const std::vector<RankedCandidate> list = ranked("sensor:travel", behind, in_pairs);
+      CHECK(probability_of(list, "sensor_lag") < std::exp(-0.22 * behind));
+      // Another place is as probable as beside two laws of one spring.
+      CHECK(probability_of(list, "coulomb_friction") ==
+            Approx(probability_of(ranked("spring", behind, in_pairs), "coulomb_friction")));
+    }
+    // What differs in more than its instruments is weighed as before.
+    std::vector<RankedCandidate> elsewhere = ranked("sensor:travel", 0, in_pairs);
+    elsewhere[1].location = "sensor:body_acc";
+    if (in_pairs) elsewhere[1].set[0] = elsewhere[1].name();
+    elsewhere[1].chi2 = elsewhere[0].chi2 + 30;
+    rank(elsewhere, {1, 1e4, 1000}, {});
+    CHECK(elsewhere[1].probability > 0.3);
+  }
+}
+
 TEST_CASE("one parameter stands out where it is off and the data put all others near to what is known of them") {
   const Index count = 6, odd = 2;
   const auto fit_of = [&](const Vector& told, const Vector& truth) {  // the data see each parameter by itself

@@ -174,7 +174,9 @@ struct FreedEvidence {
   GapStage stage;
   Closure closure_of_delivered, closure_of_retuned;
   FittedParameter fitted;
-  double std = 0;             ///< of its deviation as the data alone tell it, in tolerances
+  double std = 0;  ///< of its deviation, in tolerances; no prior of its own
+  /// Of that, what the other tolerances leave open; the rest is noise. In quadrature.
+  double std_of_tolerances = 0;
   std::vector<double> theta;  ///< of all tolerances, in tolerances; its own among them
   /// Tolerances that would have to move with it for the outputs to stay as they are, where the records do not tell it
   /// from them: only ratios of masses, stiffnesses and damping show where no force is measured. Empty where they do.
@@ -190,6 +192,7 @@ struct FreedEvidence {
     visit("closure_of_retuned", closure_of_retuned);
     visit("fitted", fitted);
     visit("std", std);
+    visit("std_of_tolerances", std_of_tolerances);
     visit("theta", theta);
     visit("not_told_from", not_told_from);
     visit("z", z);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <numeric>
 
 namespace wheelhop {
 namespace {
@@ -26,6 +28,41 @@ bool closes(const Evidence& evidence, double chi2, const Thresholds& thresholds)
 /// tolerance, and a wide one, would have been tuned to the floor.
 bool parameters_alone(const Evidence& evidence, const Thresholds& thresholds) {
   return gap_left(evidence) <= negligible(evidence, thresholds) || evidence.singles.empty();
+}
+
+/// True of one effect, or one set of effects, in whatever forms.
+bool same_set(const RankedCandidate& a, const RankedCandidate& b) {
+  return a.set.empty() ? a.name() == b.name() : a.set == b.set;
+}
+
+/// Log of the sum of exp(odds) over the sets of a group, each in its most probable form.
+double log_sum_of_sets(const std::vector<RankedCandidate>& list, std::vector<std::size_t> members,
+                       const std::vector<double>& odds) {
+  std::stable_sort(members.begin(), members.end(), [&](std::size_t a, std::size_t b) { return odds[a] > odds[b]; });
+  double sum = 0;
+  for (auto own = members.begin(); own != members.end(); ++own)
+    if (std::none_of(members.begin(), own, [&](std::size_t other) { return same_set(list[other], list[*own]); }))
+      sum += std::exp(odds[*own] - odds[members.front()]);
+  return odds[members.front()] + std::log(sum);
+}
+
+/// What an explanation shares with those that differ from it by the laws of instruments alone: the names of its other
+/// effects, and the places of instruments. Empty where it has no effect of an instrument.
+std::string beside_instruments(const RankedCandidate& own) {
+  const std::vector<std::string> names = own.set.empty() ? std::vector<std::string>{own.name()} : own.set;
+  std::vector<std::string> parts;
+  bool any = false;
+  for (const std::string& name : names) {
+    const std::string location = name.substr(name.find('@'));
+    const bool of_instrument = is_path(place_from(location.substr(1)));
+    any = any || of_instrument;
+    parts.push_back(of_instrument ? location : name);
+  }
+  if (!any) return "";
+  std::sort(parts.begin(), parts.end());
+  std::string key;
+  for (const std::string& part : parts) key += part + " ";
+  return key;
 }
 
 }  // namespace
@@ -92,32 +129,46 @@ RankedCandidate unranked(const FreedEvidence& freed, std::size_t index,
 
 void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Thresholds& thresholds) {
   if (list.empty()) return;
-  double best = list.front().chi2, sum = 0;
+  double best = list.front().chi2;
   for (const RankedCandidate& own : list) best = std::min(best, own.chi2);
   const double floor = (1 + thresholds.floor_error) * weighing.floor_chi2;
   const double of_gap = best <= floor ? thresholds.of_gap_closed : thresholds.of_gap;
-  const double temperature = std::max(weighing.colour, weighing.dispersion) + of_gap * std::max(weighing.gap, 0.0) +
-                             thresholds.of_remains * std::max(best - floor, 0.0);
+  const double gap = std::max(weighing.gap, 0.0);
+  const double of_noise =
+      std::max(weighing.colour, weighing.dispersion) + thresholds.of_remains * std::max(best - floor, 0.0);
+  const double of_all = of_noise + of_gap * gap, of_instruments = of_noise + thresholds.of_gap_instruments * gap;
   // What a form leaves beyond the floor's own error has an unknown size. With no preference for a scale the evidence of
   // n independent errors of form goes as size^-n.
   const auto log_left = [&](const RankedCandidate& own) {
     return std::log(std::max(own.chi2 - own.prior_chi2 - floor, 0.0) + thresholds.floor_error * weighing.floor_chi2);
   };
-  const auto log_odds = [&](const RankedCandidate& own) {
+  const auto log_odds = [&](const RankedCandidate& own, double temperature) {
     return -0.5 * thresholds.errors_of_form * log_left(own) - (own.chi2 - own.prior_chi2 - best) / (2 * temperature) -
            own.prior_chi2 / (2 * std::sqrt(temperature / weighing.dispersion)) + own.log_prior;
   };
-  std::stable_sort(list.begin(), list.end(),
-                   [&](const RankedCandidate& a, const RankedCandidate& b) { return log_odds(a) > log_odds(b); });
+  std::vector<double> odds;
+  std::map<std::string, std::vector<std::size_t>> groups;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    odds.push_back(log_odds(list[i], of_all));
+    if (const std::string key = beside_instruments(list[i]); !key.empty()) groups[key].push_back(i);
+  }
+  for (const auto& [key, members] : groups) {
+    std::vector<double> exact(list.size());
+    for (const std::size_t i : members) exact[i] = log_odds(list[i], of_instruments);
+    const double moved = log_sum_of_sets(list, members, odds) - log_sum_of_sets(list, members, exact);
+    for (const std::size_t i : members) odds[i] = exact[i] + moved;
+  }
+  std::vector<std::size_t> order(list.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return odds[a] > odds[b]; });
   std::vector<RankedCandidate> distinct;
-  for (RankedCandidate& own : list) {
-    const auto same = [&](const RankedCandidate& other) {
-      return own.set.empty() ? other.name() == own.name() : other.set == own.set;
-    };
+  double sum = 0;
+  for (const std::size_t i : order) {
+    const auto same = [&](const RankedCandidate& other) { return same_set(other, list[i]); };
     if (std::any_of(distinct.begin(), distinct.end(), same)) continue;
-    own.probability = std::exp(log_odds(own) - log_odds(distinct.empty() ? own : distinct.front()));
-    sum += own.probability;
-    distinct.push_back(std::move(own));
+    distinct.push_back(list[i]);
+    distinct.back().probability = std::exp(odds[i] - odds[order.front()]);
+    sum += distinct.back().probability;
   }
   for (RankedCandidate& own : distinct) own.probability = std::min(own.probability / sum, thresholds.limit);
   list = std::move(distinct);
@@ -253,7 +304,9 @@ double probability_beside(const Evidence& evidence, const FreedEvidence& freed, 
   const double remains = freed.chi2 - (1 + thresholds.floor_error) * evidence.samples;
   const double of_form = std::max(remains, 0.0) / evidence.dispersion / thresholds.directions;
   const double theta = freed.theta[freed.tolerance];
-  const double wald = theta * theta / (1 + (std::sqrt(evidence.noise.colour) + of_form) * freed.std * freed.std);
+  const double of_tolerances = freed.std_of_tolerances * freed.std_of_tolerances;
+  const double of_noise = std::max(freed.std * freed.std - of_tolerances, 0.0);
+  const double wald = theta * theta / (1 + of_tolerances + (std::sqrt(evidence.noise.colour) + of_form) * of_noise);
   const double parameters = static_cast<double>(std::max<std::size_t>(evidence.tolerances.size(), 1));
   return 1 / (1 + std::exp(-0.5 * wald + std::log(parameters / thresholds.one_wrong) + std::log(thresholds.wrong_by)));
 }

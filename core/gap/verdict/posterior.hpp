@@ -58,6 +58,9 @@ struct Weighing {
 /// one closes the gap to the floor, of_gap_closed stands for of_gap: a wrong form seldom does that, and what leaves
 /// more is less likely a right one. The parameters' tolerances are what their owner says, and count for more; but a
 /// wrong form bends the parameters too. None is above `limit`.
+///
+/// Sets that differ by what instruments do alone (a delay or a lag of one sensor) share what they have together by a T
+/// with of_gap_instruments: the laws of instruments are nearly exact, those of dampers and springs are not.
 void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Thresholds& thresholds);
 
 /// Probabilities by what is left, for explanations whose noise is not known: p_i ~ (J_i / J_best)^(-blocks / 2), the
@@ -119,11 +122,12 @@ std::string others_out(const Evidence& evidence, const FreedEvidence& freed, con
 
 /// Probability that a parameter set free beside a candidate is wrong, where one of n parameters is with probability
 /// `one_wrong`, and a wrong one lies N(0, wrong_by^2) tolerances off: log odds = W / 2 - log(n / one_wrong) -
-/// log(wrong_by), W = theta^2 / (1 + (sqrt(colour) + r / directions) std^2), Wald's statistic of its deviation against
-/// its tolerance. Coloured noise makes the variance of a deviation up to `colour` times larger than white noise of its
-/// power does, and not at all where the parameter shows at its quiet frequencies: the geometric mean is a judgement. r,
-/// the chi2 that is left above the floor, is the work of a form that is not the rig's. It bends parameters as noise
-/// does, those the most that the records tell the least.
+/// log(wrong_by), W = theta^2 / (1 + v + (sqrt(colour) + r / directions) (std^2 - v)), Wald's statistic of its
+/// deviation against its tolerance, v the part of its variance that the other tolerances leave open. Coloured noise
+/// makes the rest up to `colour` times larger than white noise of its power does, and not at all where the parameter
+/// shows at its quiet frequencies: the geometric mean is a judgement. r, the chi2 that is left above the floor, is the
+/// work of a form that is not the rig's. It bends parameters as noise does, those the most that the records tell the
+/// least.
 double probability_beside(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds);
 
 /// True if the gap closes with the parameter free, and no other one leaves its tolerance.

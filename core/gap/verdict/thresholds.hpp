@@ -23,6 +23,7 @@ struct Thresholds {
   // How probable a candidate is.
   double of_gap = 0.01;
   double of_gap_closed = 0.005;
+  double of_gap_instruments = 1e-4;
   double of_remains = 0.05;
   double errors_of_form = 1;
   double floor_error = 0.05;
@@ -84,6 +85,8 @@ struct Thresholds {
           judgement, "seen on generated rigs whose laws have other formulas than the catalogue's");
     visit("of_gap_closed", of_gap_closed, "-", "likewise, where a candidate closes the gap to the floor", judgement,
           "half of of_gap: of 195 generated cases `blind calibrate` finds the loss least between a third and a half");
+    visit("of_gap_instruments", of_gap_instruments, "-", "likewise, between laws of one instrument", judgement,
+          "delays, lags and factors are exact but for how a path is interpolated: one per cent of the amplitude");
     visit("of_remains", of_remains, "-", "share of what the best candidate leaves, likewise", judgement,
           "what is left shows how inexact the forms are");
     visit("errors_of_form", errors_of_form, "-",
@@ -108,11 +111,12 @@ struct Thresholds {
           "a component test is wrong now and then");
     visit("wrong_by", wrong_by, "tolerances", "standard deviation of a parameter that is wrong", judgement,
           "where a deviation begins to be out of tolerance");
-    visit("directions", directions, "-",
-          "independent directions of the records over which the error of a form spreads: a parameter's own takes one of "
-          "them",
-          judgement,
-          "parameters beside effects of 1,014 generated cases are told with the least log loss from 200 on to 1,000");
+    visit(
+        "directions", directions, "-",
+        "independent directions of the records over which the error of a form spreads: a parameter's own takes one of "
+        "them",
+        judgement,
+        "parameters beside effects of 1,014 generated cases are told with the least log loss from 200 on to 1,000");
     visit("stands_out", stands_out, "-", "probability from which one parameter among nearer ones is named", judgement,
           "odds of three to one");
     visit("second", second, "-", "share of what the first effect leaves that a second one removes; likewise of places",

@@ -247,7 +247,17 @@ FreedEvidence freed_evidence(const Search& search, const Hypothesis& fitted, std
   out.closure_of_retuned = closure(search.retuned.stage.blocks, fitted.stage.blocks, search.bootstrap);
   out.fitted = fitted_parameters(fitted.fit, fitted.parameters, 0)[tolerance];
   const auto i = static_cast<Index>(tolerance);
-  if (fitted.fit.covariance.rows() > i) out.std = std::sqrt(fitted.fit.covariance(i, i));
+  if (fitted.fit.covariance.rows() > i) {
+    // With S the covariance of all parameters and P the precision of their priors, S = S (J'J / dispersion + P) S: the
+    // first part is what noise makes, S P S what priors that are off do.
+    const Matrix& S = fitted.fit.covariance;
+    out.std = std::sqrt(S(i, i));
+    double of_priors = 0;
+    for (Index k = 0; k < std::min(S.cols(), static_cast<Index>(fitted.parameters.size())); ++k)
+      if (const double prior = fitted.parameters[static_cast<std::size_t>(k)].prior_std; prior > 0)
+        of_priors += S(i, k) * S(i, k) / (prior * prior);
+    out.std_of_tolerances = std::sqrt(std::min(of_priors, S(i, i)));
+  }
   out.theta = leading(fitted.fit.theta, count);
   out.not_told_from = not_told_from(fitted.fit, tolerance, count);
   out.z = z_of(fitted.fit, count);
@@ -258,12 +268,13 @@ FreedEvidence freed_evidence(const Search& search, const Hypothesis& fitted, std
 
 namespace {
 
-/// True of the damping of an element whose damper an effect bends: the slope at rest is then part of its form.
+/// True of the damping of an element where an effect has a slope of its own at rest: a damper that saturates beside the
+/// viscous one, or a damping that changes with time. What the viscous damper had at rest is then part of its form.
 bool shaped_by(const Hypothesis& answer, const ToleranceEvidence& own) {
   return own.effect == "damping_error" &&
          std::any_of(answer.effects.begin(), answer.effects.end(), [&](const EffectCandidate& effect) {
-           return effect.location == own.location &&
-                  (effect.effect == "damper_nonlinearity" || effect.effect == "damper_fade");
+           const bool saturates = effect.effect == "damper_nonlinearity" && effect.form == "saturating";
+           return effect.location == own.location && (saturates || effect.effect == "damper_fade");
          });
 }
 
