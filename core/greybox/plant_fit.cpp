@@ -390,7 +390,8 @@ Vector scored_residual(const std::vector<Matrix>& errors, const std::vector<FitR
 std::vector<FitParameter> tolerance_parameters(const Plant& plant) {
   std::vector<FitParameter> list;
   for (const PlantParameter& parameter : plant_parameters(plant))
-    if (parameter.value != 0) list.push_back({parameter.name, parameter.tolerance * std::abs(parameter.value), 1});
+    if (parameter.value != 0 && !parameter.follows)
+      list.push_back({parameter.name, parameter.tolerance * std::abs(parameter.value), 1});
   return list;
 }
 

@@ -29,7 +29,8 @@ struct FitParameter {
 };
 
 /// Every mass and every law parameter with its tolerance as prior: scale = tolerance |value|, prior_std 1, so that
-/// theta is the deviation in tolerances. Parameters of value zero have no tolerance and are left out.
+/// theta is the deviation in tolerances. Parameters of value zero have no tolerance and are left out, and so is what
+/// follows another one.
 std::vector<FitParameter> tolerance_parameters(const Plant& plant);
 
 /// r = (yhat_k - y_k) ./ weight_std over all records, readings not rounded (rounding has no derivative). theta: the

@@ -98,7 +98,7 @@ struct LawKind {
   /// Relations between parameters: empty, or what was expected; nullptr where there are none.
   std::string (*check)(std::span<const double> p) = nullptr;
   /// True if the law is the difference between a damper and the viscous one of the same damping: alone it may deliver
-  /// energy (`dissipation` is signed), together they do not.
+  /// energy (`dissipation` is signed), together they do not. Its damping follows that of the damper (set_parameter).
   bool is_correction = false;
   LawRole role = LawRole::force;
   LawMemory memory = {};  ///< with states, this alone gives the law's force, slopes, energy and dissipation

@@ -76,6 +76,16 @@ std::vector<std::string> parameter_names(const Plant& plant) {
   return names;
 }
 
+/// The damping of the viscous damper that number k of a law follows: that of a correction in the same element, as long
+/// as both are the same. nullptr: none.
+const double* followed(const Element& element, const Law& law, std::size_t k) {
+  if (!law.kind->is_correction || law.kind->parameters[k].name != "damping_ns_per_m") return nullptr;
+  for (const Law& other : element.laws)
+    if (std::string_view(other.kind->name) == "viscous_damper" && other.values.front() == law.values[k])
+      return &other.values.front();
+  return nullptr;
+}
+
 }  // namespace
 
 bool turns(const Plant& plant, const std::string& mass) {
@@ -158,6 +168,12 @@ std::vector<PlantParameter> plant_parameters(const Plant& plant) {
                        double tolerance, Range range) {
                      list.push_back({name, location, unit, value, tolerance, range});
                    });
+  // In the same order, and as many of each law.
+  std::size_t at = plant.masses.size();
+  for (const Element& element : plant.elements)
+    for (const Law& law : element.laws)
+      for (std::size_t k = 0; k < law.values.size(); ++k)
+        if (std::isfinite(law.values[k])) list[at++].follows = followed(element, law, k) != nullptr;
   return list;
 }
 
@@ -179,6 +195,10 @@ void set_parameter(Plant& plant, std::string_view name, double value) {
                      if (own == name) found = &slot;
                    });
   if (!found) unknown(plant, "parameter", name, parameter_names(plant));
+  for (Element& element : plant.elements)
+    for (Law& law : element.laws)
+      for (std::size_t k = 0; k < law.values.size(); ++k)
+        if (followed(element, law, k) == found) law.values[k] = value;
   *found = value;
 }
 

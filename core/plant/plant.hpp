@@ -143,13 +143,16 @@ struct PlantParameter {
   double value = 0;
   double tolerance = default_tolerance;  ///< relative standard deviation of the value
   Range range = {};                      ///< admissible in a file
+  /// True of the damping of a law that corrects the viscous damper beside it, where both are the same: it moves with
+  /// that damper.
+  bool follows = false;
 };
 
 /// All masses, then all finite law parameters in the order of the file, then the loads, then what the paths hold beside
 /// the ideal.
 std::vector<PlantParameter> plant_parameters(const Plant& plant);
 /// These know the ideal parameters of the paths too. UserError naming the known ones if there is no such name. The
-/// range is the caller's business: fits may probe.
+/// range is the caller's business: fits may probe. What follows a parameter is set with it.
 double get_parameter(const Plant& plant, std::string_view name);
 void set_parameter(Plant& plant, std::string_view name, double value);
 

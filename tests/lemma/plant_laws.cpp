@@ -1,11 +1,13 @@
 // What each law beyond springs and viscous dampers does: signs, sizes, limits, and what of it is refused.
 #include "core/plant/laws.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "core/plant/simulate.hpp"
 #include "tests/support/law_bench.hpp"
+#include "tests/support/plants.hpp"
 
 using namespace wheelhop;
 using namespace wheelhop::test;
@@ -284,4 +286,39 @@ TEST_CASE("parameters outside their range are refused with path and known names"
   Json plant = Json::parse(quarter_car_text);
   plant["elements"][1]["laws"] = Json::parse(R"([{"law": "liftoff", "static_load_n": 3000}])");
   CHECK_THROWS_WITH(parse_plant(JsonCursor::from(plant, "plant.json")), Contains("$.elements[1].laws"));
+}
+
+TEST_CASE("what corrects a damper follows the damping of that damper, as long as both are the same") {
+  for (const LawKind& kind : law_table()) {
+    if (!kind.is_correction) continue;
+    Plant plant = plant_from(quarter_car_text);
+    const double cold = get_parameter(plant, "suspension.viscous_damper.damping_ns_per_m");
+    Law law{.kind = &kind, .values = {}};
+    for (const LawParameter& parameter : kind.parameters) law.values.push_back(parameter.typical);
+    std::size_t own = 0;
+    while (kind.parameters[own].name != "damping_ns_per_m") ++own;
+    const std::string name = "suspension." + std::string(kind.name) + ".damping_ns_per_m";
+    law.values[own] = cold;
+    plant.elements[0].laws.push_back(law);
+    const auto follows = [&] {
+      const std::vector<PlantParameter> list = plant_parameters(plant);
+      const auto found = std::find_if(list.begin(), list.end(), [&](const auto& each) { return each.name == name; });
+      REQUIRE(found != list.end());
+      return found->follows &&
+             std::count_if(list.begin(), list.end(), [](const auto& each) { return each.follows; }) == 1;
+    };
+    CHECK(follows());
+    for (const double damping : {1.7 * cold, 0.3 * cold, cold}) {
+      set_parameter(plant, "suspension.viscous_damper.damping_ns_per_m", damping);
+      CHECK(get_parameter(plant, name) == damping);
+    }
+    // One that was given another damping keeps it, and can be wrong by itself.
+    set_parameter(plant, name, 1.1 * cold);
+    set_parameter(plant, "suspension.viscous_damper.damping_ns_per_m", 2 * cold);
+    CHECK(get_parameter(plant, name) == 1.1 * cold);
+    CHECK_FALSE(follows());
+    // A spring of the same number is no damper.
+    set_parameter(plant, "suspension.hardening_spring.stiffness_n_per_m", 1.1 * cold);
+    CHECK(get_parameter(plant, name) == 1.1 * cold);
+  }
 }
