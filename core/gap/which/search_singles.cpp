@@ -268,13 +268,13 @@ FreedEvidence freed_evidence(const Search& search, const Hypothesis& fitted, std
 
 namespace {
 
-/// True of the damping of an element where an effect has a slope of its own at rest: a damper that saturates beside the
-/// viscous one, or a damping that changes with time. What the viscous damper had at rest is then part of its form.
+/// True of the damping of an element where a damper that saturates stands beside the viscous one: it has a slope of its
+/// own at rest, and what the viscous one had there is part of its form.
 bool shaped_by(const Hypothesis& answer, const ToleranceEvidence& own) {
   return own.effect == "damping_error" &&
          std::any_of(answer.effects.begin(), answer.effects.end(), [&](const EffectCandidate& effect) {
-           const bool saturates = effect.effect == "damper_nonlinearity" && effect.form == "saturating";
-           return effect.location == own.location && (saturates || effect.effect == "damper_fade");
+           return effect.location == own.location && effect.effect == "damper_nonlinearity" &&
+                  effect.form == "saturating";
          });
 }
 
