@@ -21,7 +21,8 @@ double least_seconds(int repetitions, Work&& work) {
   return least;
 }
 
-/// Twelve independent chains of `Lanes`, so that the latency of none is waited for.
+/// Twelve independent chains of `Lanes`, so that the latency of none is waited for. The repetitions are written out
+/// because a lambda given to least_seconds() would not be compiled for the instruction set of the caller.
 template <class Lanes>
 [[gnu::always_inline]] inline double chains_gflops() {
   constexpr int kChains = 12, kSteps = 2000000;

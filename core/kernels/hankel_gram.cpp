@@ -253,7 +253,8 @@ std::optional<GramFactor> HankelGram::factor() const {
   const Index stored = cholesky_stride(size_);
   Matrix high(stored, size_), low;
   if (extended) low = Matrix::Zero(stored, size_);
-  // Rows of a group of the factorisation that lie above the diagonal or below the last row.
+  // The factorisation reads whole groups of rows, so that those above the diagonal or below the last row must be
+  // finite.
   for (Index j = 0; j < size_; ++j) {
     high.col(j).segment(j / kCholeskyRows * kCholeskyRows, j % kCholeskyRows).setZero();
     high.col(j).tail(stored - size_).setZero();

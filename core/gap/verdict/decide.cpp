@@ -244,7 +244,7 @@ void name_effects(const Case& c, const Level& level, Verdict& verdict) {
       verdict.suspects.insert(place, suspect_of(set, set.effects[i], 0));
   }
   verdict.locations = locations_of_sets(c, level.sets, level.ranked, verdict.named.front());
-  // Sets speak for all of their effects, and of any that they hold they know more than effects alone do.
+  // The probability of an effect is that of all sets that hold it. It replaces what the effect had alone.
   const std::map<std::string, double> told = probabilities_in_sets(c, level);
   const auto next = verdict.suspects.begin() + static_cast<std::ptrdiff_t>(last);
   const Suspect added = suspect_of(set, set.effects[last], 0);

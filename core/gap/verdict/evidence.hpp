@@ -174,8 +174,9 @@ struct FreedEvidence {
   GapStage stage;
   Closure closure_of_delivered, closure_of_retuned;
   FittedParameter fitted;
-  double std = 0;  ///< of its deviation, in tolerances; no prior of its own
-  /// Of that, what the other tolerances leave open; the rest is noise. In quadrature.
+  double std = 0;  ///< posterior standard deviation of its deviation, without a prior of its own, in tolerances
+  /// The part of std that comes from the priors of the other tolerances, in tolerances. The rest,
+  /// sqrt(std^2 - std_of_tolerances^2), comes from noise.
   double std_of_tolerances = 0;
   std::vector<double> theta;  ///< of all tolerances, in tolerances; its own among them
   /// Tolerances that would have to move with it for the outputs to stay as they are, where the records do not tell it

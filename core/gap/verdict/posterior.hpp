@@ -59,8 +59,9 @@ struct Weighing {
 /// more is less likely a right one. The parameters' tolerances are what their owner says, and count for more; but a
 /// wrong form bends the parameters too. None is above `limit`.
 ///
-/// Sets that differ by what instruments do alone (a delay or a lag of one sensor) share what they have together by a T
-/// with of_gap_instruments: the laws of instruments are nearly exact, those of dampers and springs are not.
+/// The laws of instruments are nearly exact, those of dampers and springs are not. So sets that differ by the law of an
+/// instrument alone (a delay or a lag of one sensor) keep the sum of their probabilities, and are weighed against each
+/// other with of_gap_instruments in place of of_gap.
 void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Thresholds& thresholds);
 
 /// Probabilities by what is left, for explanations whose noise is not known: p_i ~ (J_i / J_best)^(-blocks / 2), the

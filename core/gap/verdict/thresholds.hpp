@@ -111,12 +111,11 @@ struct Thresholds {
           "a component test is wrong now and then");
     visit("wrong_by", wrong_by, "tolerances", "standard deviation of a parameter that is wrong", judgement,
           "where a deviation begins to be out of tolerance");
-    visit(
-        "directions", directions, "-",
-        "independent directions of the records over which the error of a form spreads: a parameter's own takes one of "
-        "them",
-        judgement,
-        "parameters beside effects of 1,014 generated cases are told with the least log loss from 200 on to 1,000");
+    visit("directions", directions, "-",
+          "effective number of independent directions of the residuals over which the error of a form is spread; what "
+          "moves one parameter is one of them",
+          judgement,
+          "parameters beside effects of 1,014 generated cases are told with the least log loss from 200 on to 1,000");
     visit("stands_out", stands_out, "-", "probability from which one parameter among nearer ones is named", judgement,
           "odds of three to one");
     visit("second", second, "-", "share of what the first effect leaves that a second one removes; likewise of places",
