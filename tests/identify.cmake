@@ -17,6 +17,9 @@ wheelhop_tests(identify wheelhop_variants
   lemma/solver_budget.cpp
   lemma/pipeline.cpp
   lemma/linear_search.cpp
+  lemma/initial_state.cpp
+  lemma/surrogate_drives.cpp
+  lemma/uncertainty.cpp
   lemma/delivery.cpp
   lemma/excitation.cpp
   conformance/pieces.cpp)

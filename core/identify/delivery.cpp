@@ -9,6 +9,7 @@
 #include "core/data/metrics.hpp"
 #include "core/identify/free_run_problem.hpp"
 #include "core/identify/residual_share.hpp"
+#include "core/identify/surrogate_drives.hpp"
 
 namespace wheelhop {
 namespace {
@@ -41,6 +42,15 @@ constexpr Index kIdleOrders = 3;
 /// What the map as given may be worse by than the polynomial that took its place. Judgement: a validation record that
 /// drives the plant a tenth harder makes more of a difference to a polynomial.
 constexpr double kRobustMap = 1.25;
+
+/// Outputs on other drives of the same kind may leave the range of the measured ones by half of it, or twice as far as
+/// those of the linear model do. Judgement: a resonance that meets its drive by chance stays within that, a model that
+/// runs away does not.
+constexpr double kExcursion = 0.5, kExcursionOfLinear = 2;
+
+/// Fitted samples that all starts together read, and the most starts. Judgement: at five hundred samples the best of
+/// eight is in a good minimum where one is in one of three, and at a few thousand one suffices.
+constexpr Index kStartSamples = 4000, kMostStarts = 8;
 
 constexpr double kDiverged = std::numeric_limits<double>::infinity();
 
@@ -181,6 +191,9 @@ class Comparison {
       }
     }
     squares += in_block;
+    const Signal& longest = records_[split_.longest];
+    candidate.excursion =
+        candidate.stopped ? kDiverged : excursion(candidate.model, candidate.x0[split_.longest], longest.u, longest.y);
     candidate.unexplained = candidate.stopped ? Vector::Ones(p) : Vector(share / static_cast<double>(samples));
     candidate.held_out_nrmse = candidate.stopped ? Vector::Constant(p, kDiverged)
                                                  : Vector((squares / static_cast<double>(samples)).cwiseSqrt());
@@ -197,6 +210,16 @@ class Comparison {
 
 bool as_good_everywhere(const Vector& nrmse, const Vector& reference) {
   return (nrmse.array() <= kNotWorse * reference.array()).all();
+}
+
+double allowed_excursion(const Candidate& linear) {
+  return std::max(kExcursion, kExcursionOfLinear * linear.excursion);
+}
+
+/// Whether a candidate may be delivered in place of the linear one.
+bool admissible(const Candidate& own, const Candidate& linear) {
+  return !own.stopped && as_good_everywhere(own.held_out_nrmse, linear.held_out_nrmse) &&
+         own.excursion <= allowed_excursion(linear);
 }
 
 std::string percent(const Vector& nrmse) {
@@ -225,7 +248,7 @@ std::size_t choose(const std::vector<Candidate>& candidates) {
   double least = linear.stopped ? kDiverged : mean_log(linear.held_out_nrmse) - std::log(kNotWorse);
   for (std::size_t i = 1; i < candidates.size(); ++i) {
     const Candidate& own = candidates[i];
-    if (own.stopped || !as_good_everywhere(own.held_out_nrmse, linear.held_out_nrmse)) continue;
+    if (!admissible(own, linear)) continue;
     if (!(mean_log(own.held_out_nrmse) < least) || !(linear.stopped || certainly_better(own, linear))) continue;
     chosen = i;
     least = mean_log(own.held_out_nrmse);
@@ -241,6 +264,8 @@ std::string reason_for(const Delivery& result) {
     if (i == result.chosen) continue;
     text += other.stopped ? fmt::format("; {} diverges", other.name)
                           : fmt::format("; {} {}", other.name, percent(other.held_out_nrmse));
+    if (!other.stopped && other.excursion > allowed_excursion(result.candidates.front()))
+      text += " but runs away on other drives of the same kind";
   }
   return text;
 }
@@ -307,22 +332,44 @@ struct Trials {
         random(guesses) {}
 
   /// @param on_all fitted to the other records as well
-  void add(std::string name, const NonlinearModel& model, const Vector& x0, bool on_all) {
-    Candidate candidate{std::move(name), model, {}, false, {}, {}, {}};
+  Candidate scored(std::string name, const NonlinearModel& model, const Vector& x0, bool on_all) const {
+    Candidate candidate;
+    candidate.name = std::move(name);
+    candidate.model = model;
+    const StateStatistics known =
+        records.size() > 1 ? state_statistics(model, {{fitted.u, fitted.y, fitted.skip, x0}}) : StateStatistics{};
     for (std::size_t i = 0; i < records.size(); ++i)
-      candidate.x0.push_back(i == split.longest ? x0 : state_of(model, i));
+      candidate.x0.push_back(i == split.longest ? x0 : state_of(model, i, known));
     if (on_all && records.size() > 1)
       refine_on(records, split.samples, options.pipeline.refine_iterations, pieces.solver, candidate.model,
                 candidate.x0);
     comparison.score(candidate);
-    candidates.push_back(std::move(candidate));
-    run_of.push_back(runs.size() - 1);
+    return candidate;
   }
 
-  Vector state_of(const NonlinearModel& model, std::size_t i) const {
+  void add(Candidate candidate, std::size_t run) {
+    candidates.push_back(std::move(candidate));
+    run_of.push_back(run);
+  }
+
+  Vector state_of(const NonlinearModel& model, std::size_t i, const StateStatistics& known) const {
     const Index wanted = options.initial_state_samples;
     const Index samples = wanted > 0 ? wanted : initial_state_span(model.linear, records[i].samples());
-    return estimate_initial_state(model, records[i].u, records[i].y, std::min(samples, split.samples[i]));
+    return estimate_initial_state(model, records[i].u, records[i].y, std::min(samples, split.samples[i]), 0, known);
+  }
+
+  /// The best candidate of one kind among the starts.
+  struct Best {
+    std::optional<Candidate> candidate;
+    std::size_t run = 0;
+  };
+
+  void keep_better(Best& best, Candidate candidate) const {
+    const auto worth = [&](const Candidate& own) {
+      return std::pair(admissible(own, candidates.front()), own.stopped ? -kDiverged : -mean_log(own.held_out_nrmse));
+    };
+    if (best.candidate && !(worth(candidate) > worth(*best.candidate))) return;
+    best = {std::move(candidate), runs.size() - 1};
   }
 
   /// One run of the pipeline. @param linear found before, or none: by the piece @return false without a linear model
@@ -335,18 +382,27 @@ struct Trials {
     }
     const Pieces used{known ? static_cast<const SubspaceEstimator&>(*known) : pieces.subspace, pieces.inversion,
                       pieces.make_map, pieces.solver, pieces.make_ridge};
-    runs.push_back(run_scaled_pipeline(fitted, pipeline, used, random));
-    const PipelineResult& found = runs.back();
-    if (found.linear.status != Status::ok) return false;
-    if (candidates.empty()) add("linear", without_map(found.linear.model), found.linear.x0, true);
-    const bool refined = found.refinement.solution.iterations > 0;
-    if (found.best >= 0) {
-      const Pass& best = found.passes[static_cast<std::size_t>(found.best)];
-      add("unrefined" + suffix, best.model, best.x0, false);
+    Best unrefined, refined;
+    const Index starts = pipeline.nonlinearities == 0 ? 1 : std::max<Index>(1, wanted_starts());
+    for (Index start = 0; start < starts; ++start) {
+      runs.push_back(run_scaled_pipeline(fitted, pipeline, used, random));
+      const PipelineResult& found = runs.back();
+      if (found.linear.status != Status::ok) return false;
+      if (candidates.empty())
+        add(scored("linear", without_map(found.linear.model), found.linear.x0, true), runs.size() - 1);
+      if (found.best >= 0) {
+        const Pass& best = found.passes[static_cast<std::size_t>(found.best)];
+        keep_better(unrefined, scored("unrefined" + suffix, best.model, best.x0, false));
+      }
+      if (found.refinement.solution.iterations > 0)
+        keep_better(refined, scored("refined" + suffix, found.model, found.x0, true));
     }
-    if (refined) add("refined" + suffix, found.model, found.x0, true);
+    for (Best* best : {&unrefined, &refined})
+      if (best->candidate) add(std::move(*best->candidate), best->run);
     return true;
   }
+
+  Index wanted_starts() const { return options.starts > 0 ? options.starts : starts_for(fitted.u.cols()); }
 
   double score(std::size_t i) const { return mean_log(candidates[i].held_out_nrmse); }
 
@@ -414,7 +470,7 @@ struct Trials {
     run(linear, pipeline, " with the map as given");
     for (std::size_t i = before; i < candidates.size(); ++i) {
       const Candidate& own = candidates[i];
-      if (own.stopped || !as_good_everywhere(own.held_out_nrmse, candidates.front().held_out_nrmse)) continue;
+      if (!admissible(own, candidates.front())) continue;
       if (score(i) < score(polynomial) + std::log(kRobustMap) && (chosen == polynomial || score(i) < score(chosen)))
         chosen = i;
     }
@@ -439,7 +495,9 @@ struct Trials {
       for (std::size_t i = before; i < candidates.size(); ++i) {
         const Candidate& own = candidates[i];
         if (own.model.order() != trial.order()) break;
-        if (own.stopped || !(own.held_out_nrmse.array() <= margin * best.held_out_nrmse.array()).all()) continue;
+        if (!admissible(own, candidates.front()) ||
+            !(own.held_out_nrmse.array() <= margin * best.held_out_nrmse.array()).all())
+          continue;
         chosen = i;
         return;
       }
@@ -447,17 +505,17 @@ struct Trials {
   }
 };
 
+std::vector<StartedRecord> started(const std::vector<Signal>& records, const std::vector<Vector>& x0) {
+  std::vector<StartedRecord> result;
+  for (std::size_t i = 0; i < records.size(); ++i)
+    result.push_back({records[i].u, records[i].y, records[i].skip, x0[i]});
+  return result;
+}
+
 }  // namespace
 
-Index initial_state_span(const LinearModel& model, Index samples) {
-  double slowest = 0;  // samples to turn through a radian or to fall by e, whichever is shorter
-  for (const std::complex<double>& pole : eigenvalues(model.A)) {
-    const double rate = std::abs(std::log(pole));
-    if (std::isfinite(rate) && rate > 0) slowest = std::max(slowest, 1 / rate);
-  }
-  constexpr double three_periods = 6 * 3.14159265358979323846;
-  const auto span = static_cast<Index>(std::min(three_periods * slowest, static_cast<double>(samples)));
-  return std::max<Index>(std::min(std::max<Index>(span, 100), samples / 4), 1);
+Index starts_for(Index samples) {
+  return std::clamp<Index>(kStartSamples / std::max<Index>(samples, 1), 1, kMostStarts);
 }
 
 Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, const Pieces& pieces, Random& random) {
@@ -494,6 +552,7 @@ Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, co
   result.status = chosen.stopped ? Status::outside_domain : Status::ok;
   if (chosen.stopped) result.message = "the free run of every candidate diverges";
   result.reason = reason_for(result);
+  const double allowed = allowed_excursion(result.candidates.front());
   const auto on_all = [&](const Candidate& candidate) {
     Candidate trial = candidate;
     std::vector<Index> whole;
@@ -502,12 +561,24 @@ Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, co
     if (iterations == 0 || !refine_on(scaled.records, whole, iterations, pieces.solver, trial.model, trial.x0))
       return candidate;
     comparison.score(trial);
-    return trial.stopped || !as_good_everywhere(trial.held_out_nrmse, candidate.held_out_nrmse) ? candidate : trial;
+    const bool better = as_good_everywhere(trial.held_out_nrmse, candidate.held_out_nrmse) &&
+                        trial.excursion <= std::max(allowed, candidate.excursion);
+    return trial.stopped || !better ? candidate : trial;
   };
   Candidate delivered = on_all(chosen);
   result.model = std::move(delivered.model);
   result.x0 = std::move(delivered.x0);
-  result.linear = chosen.model.map ? on_all(result.candidates.front()).model.linear : result.model.linear;
+  const std::vector<StartedRecord> all = started(scaled.records, result.x0);
+  result.states = state_statistics(result.model, all);
+  result.uncertainty =
+      model_uncertainty(result.model, all, response_frequencies(all[parts.longest].u.cols()), result.channels.delay);
+  result.linear = result.model.linear;
+  result.linear_states = result.states;
+  if (chosen.model.map) {
+    const Candidate linear = on_all(result.candidates.front());
+    result.linear = linear.model.linear;
+    result.linear_states = state_statistics(linear.model, started(scaled.records, linear.x0));
+  }
   result.unexplained = unexplained_by(result.model, result.x0, scaled.records);
   result.model.linear.y0 += scaled.y_offset;
   result.linear.y0 += scaled.y_offset;

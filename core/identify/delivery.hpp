@@ -7,8 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "core/identify/initial_state.hpp"
 #include "core/identify/linear_search.hpp"
 #include "core/identify/pipeline.hpp"
+#include "core/identify/uncertainty.hpp"
 
 namespace wheelhop {
 
@@ -17,6 +19,7 @@ struct DeliveryOptions {
   std::optional<LinearSearchOptions> search;  ///< step 1 by search_linear(); none: by the piece that is given
   bool choose_direct_term = false;            ///< also without Dt where the record asks for it
   Index initial_state_samples = 0;            ///< of a record that is not fitted; 0: initial_state_span()
+  Index starts = 0;                           ///< of the pipeline from other initial guesses; 0: starts_for()
 };
 
 /// Channels as the models see them: (u - u_offset) ./ u_scale and y ./ y_scale, inputs late by `delay` samples.
@@ -30,6 +33,7 @@ struct Candidate {
   NonlinearModel model;
   std::vector<Vector> x0;          ///< of every record
   bool stopped = false;            ///< its free run left the state guard on one of them
+  double excursion = 0;            ///< beyond the range of the measured outputs, on other drives: excursion()
   Vector held_out_nrmse;           ///< p, of the motion about the mean; infinity where it stopped
   Vector unexplained;              ///< p, residual_share() on the held-out parts; 1 where it stopped
   std::vector<double> block_logs;  ///< mean over the outputs of the log NRMSE, by block of the held-out parts
@@ -48,33 +52,39 @@ struct Delivery {
   Vector unexplained;    ///< p, residual_share() of the delivered model on all records
   LinearModel linear;    ///< the linear candidate, fitted to all records as well
   NonlinearModel model;
-  std::vector<Vector> x0;  ///< of every record at its sample longest(delay)
+  std::vector<Vector> x0;                 ///< of every record at its sample longest(delay)
+  StateStatistics states, linear_states;  ///< of `model` and `linear` on all records
+  ModelUncertainty uncertainty;           ///< of `model`, in the units of the models
 };
 
-/// Samples from which the initial state of a record is estimated: three periods, or time constants, of the slowest
-/// mode, at least 100, at most a quarter of the record.
-Index initial_state_span(const LinearModel& model, Index samples);
+/// Starts of the pipeline from other initial guesses on so many fitted samples. Short records let free maps end in poor
+/// minima, and there a start costs little.
+Index starts_for(Index samples);
 
 /// Steps:
 /// 1. Offsets larger than the motion are taken out of inputs and outputs, all channels are scaled to unit RMS.
 /// 2. The first three quarters of every record are fitted, the rest is held out. Where the longest record is too short
 ///    for the pieces by then, nothing is held out.
-/// 3. Linear model, passes and refinement on the longest record's part (run_scaled_pipeline). The linear and the
-/// refined
-///    model then on all fitted parts at once, each part with its own initial state. The same without Dt as well, where
-///    that is asked for and what is left is neither noise nor a tenth of the linear model's error.
+/// 3. Linear model, passes and refinement on the longest record's part (run_scaled_pipeline), from `starts` initial
+///    guesses; of the passes and of the refined models the best one is a candidate. The linear and the refined model
+///    then on all fitted parts at once, each part with its own initial state. The same without Dt as well, where that
+///    is asked for and what is left is neither noise nor a tenth of the linear model's error.
 /// 4. The candidate with the least mean log NRMSE on the held-out parts, among those that are in no output worse than
-///    the linear model; the linear model where none is better by more than 2 % and by more than chance. So what is
-///    delivered is at least as good there as its linear part and as the unrefined pass.
+///    the linear model and hold on other drives of the same kind (excursion()); the linear model where none is better
+///    by more than 2 % and by more than chance. So what is delivered is at least as good there as its linear part and
+///    as the unrefined pass.
 /// 5. Where the order was found by the search: the pipeline with higher orders as long as what is left is more than
 ///    noise and they bring something, with lower ones as long as no nonlinearity is found. Then with every lower order
 ///    than that of a nonlinear model: the lowest one that does as well is taken.
 /// 6. Where that one holds the alternative map and leaves more than noise, the pipeline without that map: its model is
 ///    taken if it is nearly as good, as it holds farther beyond the records.
-/// 7. Its refinement on all records from end to end, kept where it is no worse on the parts that were held out.
+/// 7. Its refinement on all records from end to end, kept where it is no worse on the parts that were held out and
+/// holds
+///    on other drives.
 ///
 /// @param records of one set of channels, at least one   @param pieces subspace is not used where `search` is given
-/// Cost: that of the pipeline, once or twice and once for every other order, and one refinement on all records.
+/// Cost: that of the pipeline and its starts, once or twice and once for every other order, and one refinement on all
+/// records.
 Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, const Pieces& pieces, Random& random);
 
 }  // namespace wheelhop

@@ -40,9 +40,4 @@ struct FittedRecord {
 Refinement refine(const NonlinearModel& model, std::vector<FittedRecord>& records, ConstVectorRef weight_std,
                   const Solver& solver, const Budget& budget);
 
-/// Initial state of another record for a fixed model: linear start, then Gauss-Newton on the `samples` samples after
-/// the first `skip`.
-Vector estimate_initial_state(const NonlinearModel& model, ConstMatrixRef u, ConstMatrixRef y, Index samples,
-                              Index skip = 0);
-
 }  // namespace wheelhop

@@ -36,6 +36,13 @@ Json inputs_json(const ModelFile& file) {
   return out;
 }
 
+Json states_json(const StateStatistics& states) {
+  if (!states.known()) return nullptr;
+  return {{"mean", numbers(states.mean)},
+          {"covariance", to_json(states.covariance)},
+          {"residual_std", numbers(states.residual_std)}};
+}
+
 /// @param rows -1: any number
 Vector read_vector(const JsonCursor& cursor, Index rows) {
   const std::vector<double> values = cursor.numbers();
@@ -78,6 +85,14 @@ void read_channels(const JsonCursor& cursor, std::vector<Channel>& channels, Vec
   }
 }
 
+StateStatistics read_states(const JsonCursor& cursor, Index n, Index p) {
+  StateStatistics states{read_vector(cursor.at("mean"), n), read_matrix(cursor.at("covariance"), n, n),
+                         read_vector(cursor.at("residual_std"), p)};
+  if (p > 0 && states.residual_std.minCoeff() < 0) cursor.at("residual_std").fail("numbers >= 0");
+  cursor.done();
+  return states;
+}
+
 constexpr std::array statuses = {
     Status::ok,       Status::iteration_limit, Status::rank_deficient, Status::not_stabilisable,
     Status::unstable, Status::outside_domain,  Status::not_finite,     Status::unavailable,
@@ -114,8 +129,10 @@ Json to_json(const ModelFile& file) {
           {"Dt", to_json(file.model.Dt)},
           {"y0", numbers(linear.y0)},
           {"x0", numbers(file.x0)},
+          {"states", states_json(file.states)},
           {"map", file.model.map ? file.model.map->to_json() : Json(nullptr)},
           {"f_training_range", extremes_json(file.envelope.f)},
+          {"uncertainty", file.uncertainty},
           {"scores", file.scores},
           {"config", file.config},
           {"provenance", file.provenance}};
@@ -157,10 +174,13 @@ ModelFile parse_model(const JsonCursor& cursor, const RestoreMap& restore) {
   file.model.Dt = read_matrix(cursor.at("Dt"), p, q);
   linear.y0 = read_vector(cursor.at("y0"), p);
   file.x0 = read_vector(cursor.at("x0"), n);
+  if (const auto states = cursor.find("states"); states && !states->raw().is_null())
+    file.states = read_states(*states, n, p);
   const JsonCursor map = cursor.at("map");
   if (map.raw().is_null() != (q == 0)) map.fail(q == 0 ? "null, as there is no nonlinearity" : "a static map");
   if (q > 0) file.model.map = restore(map, n + m, q);
   file.envelope.f = read_extremes(cursor.at("f_training_range"), q);
+  if (const auto uncertainty = cursor.find("uncertainty")) file.uncertainty = uncertainty->raw();
   file.scores = cursor.at("scores").raw();
   file.config = cursor.at("config").raw();
   file.provenance = cursor.at("provenance").raw();

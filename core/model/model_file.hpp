@@ -35,9 +35,11 @@ struct ModelFile {
   Vector u_offset = {};           ///< m, units of the inputs; empty: none
   std::vector<Index> delay = {};  ///< m, samples by which each input acts late; empty: none
   NonlinearModel model;
-  Vector x0;  ///< n, initial state of the training record
+  Vector x0;                    ///< n, initial state of the training record
+  StateStatistics states = {};  ///< on the training records, residual_std in the model's scale; unknown in older files
   Envelope envelope;
   Json config = Json::object();      ///< effective config of the identification
+  Json uncertainty = nullptr;        ///< of poles, frequency response and free runs; null: not known
   Json scores = Json::object();      ///< of estimation and validation records
   Json provenance = Json::object();  ///< program, commit, compiler
 };

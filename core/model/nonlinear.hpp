@@ -23,6 +23,16 @@ struct NonlinearModel {
   Index auxiliary_count() const { return Bt.cols(); }
 };
 
+/// What is known of a state before a record is seen: where it was along the records of the fit, and how far the model's
+/// outputs were from theirs.
+struct StateStatistics {
+  Vector mean;          ///< n
+  Matrix covariance;    ///< n x n, about the mean
+  Vector residual_std;  ///< p, RMS of the free run's error, in the units of the model's outputs
+
+  bool known() const { return mean.size() > 0; }
+};
+
 /// A linear model as a nonlinear one without a map.
 NonlinearModel without_map(const LinearModel& model);
 

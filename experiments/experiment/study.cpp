@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "core/data/metrics.hpp"
-#include "core/identify/free_run_problem.hpp"
+#include "core/identify/initial_state.hpp"
 
 namespace wheelhop {
 namespace {

@@ -9,7 +9,8 @@
 
 #include "core/base/files.hpp"
 #include "core/data/metrics.hpp"
-#include "core/identify/free_run_problem.hpp"
+#include "core/identify/initial_state.hpp"
+#include "core/identify/uncertainty.hpp"
 #include "experiments/identify/study.hpp"
 #include "experiments/run/file_uses.hpp"
 #include "experiments/run/provenance.hpp"
@@ -20,23 +21,7 @@ Vector initial_state(const ModelFile& model, const Signal& record, Index samples
   if (samples == 0) samples = initial_state_span(model.model.linear, record.samples());
   return estimate_initial_state(model.model, acting_inputs(model, record.u),
                                 Matrix(model.y_scale.cwiseInverse().asDiagonal() * record.y), samples,
-                                longest_delay(model));
-}
-
-double radius_at_rest(const NonlinearModel& model) {
-  if (!model.map) return spectral_radius(model.linear.A);
-  const StaticMap& map = *model.map;
-  const Index d = map.inputs(), h = map.features(), n = model.order();
-  const Vector xi = Vector::Zero(d);
-  Vector phi(h), w(h), by_xi(d), by_alpha(map.inner_parameters());
-  map.basis(xi.data(), phi.data());
-  Matrix slope = map.L;
-  for (Index i = 0; i < map.outputs(); ++i) {
-    w = map.W.row(i);
-    map.slopes(xi.data(), phi.data(), w.data(), by_xi.data(), by_alpha.data());
-    slope.row(i) += by_xi.transpose();
-  }
-  return spectral_radius(model.linear.A + model.Bt * slope.leftCols(n));
+                                longest_delay(model), model.states);
 }
 
 namespace {
@@ -69,6 +54,7 @@ ModelFile make_file(const IdentifyConfig& config, const Delivery& result) {
   file.delay = result.channels.delay;
   file.y_scale = result.channels.y_scale;
   file.model = result.model;
+  file.states = result.states;
   file.config = config.effective;
   file.provenance = provenance(config.set);
   if (result.status != Status::ok) return file;
@@ -88,7 +74,7 @@ ModelFile make_file(const IdentifyConfig& config, const Delivery& result) {
     return file;
   }
   std::vector<std::string> notes;
-  if (const double radius = radius_at_rest(file.model); !(radius < 1))
+  if (const double radius = spectral_radius(linearised_at_rest(file.model).A); !(radius < 1))
     notes.push_back(fmt::format(
         "the model is unstable at rest: largest pole modulus {:.6f}. With a constant input it leaves its rest position "
         "for a motion that its nonlinearity bounds; its free runs on the records hold, those on drives much smaller "
@@ -105,9 +91,10 @@ ModelFile make_file(const IdentifyConfig& config, const Delivery& result) {
 }
 
 /// The same channels with the linear model alone.
-ModelFile linear_file(const ModelFile& file, const LinearModel& linear) {
+ModelFile linear_file(const ModelFile& file, const Delivery& delivery) {
   ModelFile result = file;
-  result.model = without_map(linear);
+  result.model = without_map(delivery.linear);
+  result.states = delivery.linear_states;
   return result;
 }
 
@@ -121,7 +108,7 @@ RecordScore score_record(const IdentifyConfig& config, const Delivery& result, c
   score.role = record.role;
   score.first = record.first;
   score.samples = signal.samples();
-  const ModelFile linear = linear_file(model, result.linear);
+  const ModelFile linear = linear_file(model, result);
   score.linear_vaf = vaf_percent(
       signal.y, free_run(linear, signal.u, initial_state(linear, signal, config.options.initial_state_samples)).y,
       skip);
@@ -175,6 +162,60 @@ Json score_json(const IdentifyConfig& config, const RecordScore& score, bool tra
                                       {"distance", excess.distance},
                                       {"share_of_range", excess.share}});
   return out;
+}
+
+Json interval(double value, double std) { return {value - kNinetyPercent * std, value + kNinetyPercent * std}; }
+
+/// Intervals of 90 %, in Hz and in the units of the channels.
+Json uncertainty_json(const ModelFile& file, const ModelUncertainty& found) {
+  if (!found.known()) return nullptr;
+  const double hz = file.sampling_hz / (2 * 3.14159265358979323846);  // of a radian a sample
+  Json poles = Json::array();
+  for (const UncertainPole& pole : found.poles)
+    if (pole.pole.imag() >= 0)  // one of each pair
+      poles.push_back({{"pole", {pole.pole.real(), pole.pole.imag()}},
+                       {"frequency_hz", pole.frequency * hz},
+                       {"frequency_interval_hz", interval(pole.frequency * hz, pole.frequency_std * hz)},
+                       {"damping_ratio", pole.damping},
+                       {"damping_interval", interval(pole.damping, pole.damping_std)}});
+  std::vector<double> frequencies;
+  for (const UncertainResponse& at : found.responses) frequencies.push_back(at.frequency * hz);
+  Json responses = Json::array();
+  for (std::size_t o = 0; o < file.outputs.size(); ++o)
+    for (std::size_t i = 0; i < file.inputs.size(); ++i) {
+      const auto row = static_cast<Index>(o), column = static_cast<Index>(i);
+      const double unit = file.y_scale(row) / file.u_scale(column);
+      std::vector<double> real, imaginary, magnitude, real_std, imaginary_std, low, high;
+      for (const UncertainResponse& at : found.responses) {
+        const std::complex<double> value = unit * at.value(row, column);
+        const double margin = kNinetyPercent * unit * at.magnitude_std(row, column);
+        real.push_back(value.real());
+        imaginary.push_back(value.imag());
+        real_std.push_back(unit * at.real_std(row, column));
+        imaginary_std.push_back(unit * at.imaginary_std(row, column));
+        magnitude.push_back(std::abs(value));
+        low.push_back(std::max(0.0, magnitude.back() - margin));
+        high.push_back(magnitude.back() + margin);
+      }
+      responses.push_back({{"input", file.inputs[i].name},
+                           {"output", file.outputs[o].name},
+                           {"real", real},
+                           {"imaginary", imaginary},
+                           {"real_std", real_std},
+                           {"imaginary_std", imaginary_std},
+                           {"magnitude", magnitude},
+                           {"magnitude_low", low},
+                           {"magnitude_high", high}});
+    }
+  Json free_run_std = Json::object();
+  for (std::size_t o = 0; o < file.outputs.size(); ++o)
+    free_run_std[file.outputs[o].name] = file.y_scale(static_cast<Index>(o)) * found.output_std(static_cast<Index>(o));
+  return {{"interval", 0.9},
+          {"residual_blocks", found.blocks},
+          {"poles_at_rest", poles},
+          {"frequency_hz", frequencies},
+          {"frequency_response_at_rest", responses},
+          {"free_run_std", free_run_std}};
 }
 
 Json search_json(const LinearSearch& search) {
@@ -262,6 +303,7 @@ int run_identify(const IdentifyRequest& request) {
       model.message = scores.back().file + ": " + scores.back().message;
     }
   }
+  model.uncertainty = uncertainty_json(model, result.uncertainty);
   model.scores = scores_json(config, result, scores);
   write_json(out, to_json(model));
   print_identification(config, result, model, scores);

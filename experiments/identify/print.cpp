@@ -59,11 +59,27 @@ void print_steps(const IdentifyConfig& config, const Delivery& delivery) {
   fmt::print("delivered, as compared on {}: {}\n", delivery.held_out, delivery.reason);
 }
 
+/// "mode 1  1.05 +- 0.01 Hz, damping 0.31 +- 0.02".
+void print_modes(const ModelUncertainty& found, double sampling_hz) {
+  const double hz = sampling_hz / (2 * 3.14159265358979323846);
+  Index number = 0;
+  for (const UncertainPole& pole : found.poles) {
+    if (pole.pole.imag() < 0) continue;
+    fmt::print("mode {}  {:.4g} +- {:.2g} Hz", ++number, pole.frequency * hz, kNinetyPercent * pole.frequency_std * hz);
+    if (pole.pole.imag() > 0)
+      fmt::print(", damping {:.4g} +- {:.2g}\n", pole.damping, kNinetyPercent * pole.damping_std);
+    else
+      fmt::print(", without oscillation\n");
+  }
+  if (number > 0) fmt::print("        (at rest, with 90 % intervals)\n");
+}
+
 }  // namespace
 
 void print_identification(const IdentifyConfig& config, const Delivery& result, const ModelFile& model,
                           const std::vector<RecordScore>& scores) {
   print_steps(config, result);
+  print_modes(result.uncertainty, model.sampling_hz);
   std::size_t width = 0;
   for (const RecordScore& score : scores) width = std::max(width, label(score).size());
   if (config.options.initial_state_samples > 0)

@@ -16,6 +16,7 @@ namespace wheelhop {
 struct IdentifyOptions {
   Index seed = 1;
   Index initial_state_samples = 0;
+  Index starts = 0;
   double excitation_tolerance = 1e-12;
   template <class V>
   void fields(V&& visit) {
@@ -24,6 +25,10 @@ struct IdentifyOptions {
         "initial_state_samples", initial_state_samples, Range{0}, "-",
         "of a record that is not fitted, from which the free run's initial state is estimated; 0: three periods of the "
         "slowest mode, at least 100 and at most a quarter of the record");
+    visit(
+        "starts", starts, Range{0, 1000}, "-",
+        "of every nonlinear model from other initial guesses, of which the best is compared with the others; 0: up to "
+        "8 on short records, 1 from 4000 fitted samples on");
     visit("excitation_tolerance", excitation_tolerance, Range{0, 1}, "-",
           "with $.subspace: singular value of the drive's block-Hankel matrix, relative to the largest, below which it "
           "counts as none");
@@ -63,9 +68,6 @@ struct RecordScore {
 /// Initial state of a model on a record in physical units, from its first samples.
 /// @param samples 0: initial_state_span()
 Vector initial_state(const ModelFile& model, const Signal& record, Index samples);
-
-/// Largest eigenvalue modulus of the model linearised at rest, A + Bt df/dx(0).
-double radius_at_rest(const NonlinearModel& model);
 
 void print_identification(const IdentifyConfig& config, const Delivery& result, const ModelFile& model,
                           const std::vector<RecordScore>& scores);

@@ -42,6 +42,7 @@ ModelFile sample_model(bool with_map = true) {
     file.model.map = std::move(map);
   }
   file.x0 = random.normal(kOrder, 1);
+  file.states = {random.normal(kOrder, 1), Matrix::Identity(kOrder, kOrder), random.normal(kOutputs, 1).cwiseAbs()};
   file.envelope = {{-Vector::Ones(kInputs), Vector::Ones(kInputs)},
                    {-2 * Vector::Ones(kOutputs), 3 * Vector::Ones(kOutputs)},
                    {-Vector::Ones(count), Vector::Ones(count)}};

@@ -203,12 +203,6 @@ TEST_CASE("Sec. 2.6: the joint refinement returns to the response of the true mo
   CHECK(relative_difference(free_run(fit.model, c.u, fit.x0).y, y) < 1e-5 * before);
 }
 
-TEST_CASE("the initial state of a known model is found from the first samples") {
-  const Case c = make_case(78);
-  const Matrix y = free_run(c.model, c.u, c.x0).y;
-  CHECK(relative_difference(estimate_initial_state(c.model, c.u, y, 60), c.x0) < 1e-6);
-}
-
 TEST_CASE("a change of state coordinates leaves response, Markov parameters and poles as they were") {
   Random random = numbers(79);
   LinearModel model = random_linear(4, 2, 3, 0.9, random);
