@@ -17,42 +17,33 @@ namespace {
 /// An offset larger than so many standard deviations is taken out before anything is scaled by its RMS. Judgement:
 /// smaller ones change an RMS by less than half, and the constant row of Remark 1 and y0 take them.
 constexpr double kLargeOffset = 1;
-/// A candidate may be worse than the linear model by so much in an output: what two fits of one model differ by on
-/// another record. Judgement.
-constexpr double kNotWorse = 1.02;
+
 /// Below this share of the linear model's error nothing is gained by another form of the direct term. Judgement.
 constexpr double kWellExplained = 0.1;
 
 /// A residual of which less than this share follows from its past and the inputs is noise. Judgement: the error of such
 /// a model is within six in a hundred of the noise.
 constexpr double kNoise = 0.1;
+
 /// Orders below are not tried again with the nonlinearity: a mass on a spring has two states.
 constexpr Index kLowestOrder = 2;
+
 /// Judgement: a lower order is taken where it is worse by no more than this in any output, the latter where the better
 /// one leaves more than noise: further modes then stand for part of what neither model has.
 constexpr double kSameOrder = 1.03, kSameOrderBeyondNoise = 1.2;
 
-/// The held-out parts are compared in so many blocks, and a difference counts from so many standard errors on, as a
-/// one-sided test at 2 % would have it.
-constexpr Index kBlocks = 12;
-constexpr double kCertain = 2;
-
 /// Higher orders in a row that bring less than kSameOrder end their search. Judgement: one pair of poles and one more.
 constexpr Index kIdleOrders = 3;
+
 /// What the map as given may be worse by than the polynomial that took its place. Judgement: a validation record that
 /// drives the plant a tenth harder makes more of a difference to a polynomial.
 constexpr double kRobustMap = 1.25;
-
-/// Outputs on other drives of the same kind may leave the range of the measured ones by half of it, or twice as far as
-/// those of the linear model do. Judgement: a resonance that meets its drive by chance stays within that, a model that
-/// runs away does not.
-constexpr double kExcursion = 0.5, kExcursionOfLinear = 2;
 
 /// Fitted samples that all starts together read, and the most starts. Judgement: at five hundred samples the best of
 /// eight is in a good minimum where one is in one of three, and at a few thousand one suffices.
 constexpr Index kStartSamples = 4000, kMostStarts = 8;
 
-constexpr double kDiverged = std::numeric_limits<double>::infinity();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Moments {
   Vector mean, deviation;
@@ -113,25 +104,6 @@ void delay_inputs(Signal& record, const std::vector<Index>& delay) {
   record.skip = std::max<Index>(0, record.skip - last);
 }
 
-/// y - y_hat of the samples [from, N), p x (N - from). @return false where the free run leaves the state guard
-bool free_run_errors(const NonlinearModel& model, const Vector& x0, const Signal& record, Index from, Matrix& errors) {
-  errors = record.y.rightCols(record.samples() - from);
-  return free_run_in_blocks(model, record.u, x0,
-                            [&](const FreeRunBlock& block) {
-                              const Index drop = std::max<Index>(from - block.first, 0), count = block.y.cols() - drop;
-                              if (count > 0)
-                                errors.middleCols(block.first + drop - from, count) -= block.y.rightCols(count);
-                            }) < 0 &&
-         all_finite(errors);
-}
-
-/// What the candidates are fitted to and compared on.
-struct Split {
-  std::size_t longest = 0;     // record that the pipeline runs on
-  std::vector<Index> samples;  // fitted ones of every record, from its start
-  bool held_out = false;       // the rest; else nothing is
-};
-
 Split split(const std::vector<Signal>& records, const RecordNeeds& needs) {
   Split result;
   for (std::size_t i = 1; i < records.size(); ++i)
@@ -148,126 +120,6 @@ Split split(const std::vector<Signal>& records, const RecordNeeds& needs) {
   if (!result.held_out)
     for (std::size_t i = 0; i < records.size(); ++i) result.samples[i] = records[i].samples();
   return result;
-}
-
-double mean_log(const Vector& nrmse) { return nrmse.cwiseMax(1e-300).array().log().mean(); }
-
-/// The candidates' free runs on the held-out parts.
-class Comparison {
- public:
-  Comparison(const std::vector<Signal>& records, const Split& split, Vector deviation)
-      : records_(records), split_(split), deviation_(std::move(deviation)) {
-    Index samples = 0;
-    for (std::size_t i = 0; i < records.size(); ++i) samples += records[i].samples() - from(i);
-    block_ = std::max<Index>(1, samples / kBlocks);
-  }
-
-  std::string describe() const {
-    return split_.held_out ? "the last quarter of every record for estimation"
-                           : "the records themselves, which are too short to hold anything out";
-  }
-
-  /// Fills what is known of a candidate from its free runs.
-  void score(Candidate& candidate) const {
-    const Index p = deviation_.size();
-    Vector squares = Vector::Zero(p), in_block = Vector::Zero(p);
-    Index samples = 0, block_samples = 0;
-    candidate.stopped = false;
-    candidate.block_logs.clear();
-    Vector share = Vector::Zero(p);
-    for (std::size_t i = 0; i < records_.size(); ++i) {
-      Matrix errors;
-      if (!free_run_errors(candidate.model, candidate.x0[i], records_[i], from(i), errors)) candidate.stopped = true;
-      share += static_cast<double>(errors.cols()) * residual_share(errors, records_[i].u.rightCols(errors.cols()));
-      for (Index k = 0; k < errors.cols(); ++k) {
-        const Vector error = errors.col(k).cwiseQuotient(deviation_);
-        in_block += error.cwiseAbs2();
-        ++samples;
-        if (++block_samples < block_) continue;
-        candidate.block_logs.push_back(mean_log((in_block / static_cast<double>(block_)).cwiseSqrt()));
-        squares += in_block;
-        in_block.setZero();
-        block_samples = 0;
-      }
-    }
-    squares += in_block;
-    const Signal& longest = records_[split_.longest];
-    candidate.excursion =
-        candidate.stopped ? kDiverged : excursion(candidate.model, candidate.x0[split_.longest], longest.u, longest.y);
-    candidate.unexplained = candidate.stopped ? Vector::Ones(p) : Vector(share / static_cast<double>(samples));
-    candidate.held_out_nrmse = candidate.stopped ? Vector::Constant(p, kDiverged)
-                                                 : Vector((squares / static_cast<double>(samples)).cwiseSqrt());
-  }
-
- private:
-  Index from(std::size_t i) const { return split_.held_out ? split_.samples[i] : records_[i].skip; }
-
-  const std::vector<Signal>& records_;
-  const Split& split_;
-  Vector deviation_;
-  Index block_;
-};
-
-bool as_good_everywhere(const Vector& nrmse, const Vector& reference) {
-  return (nrmse.array() <= kNotWorse * reference.array()).all();
-}
-
-double allowed_excursion(const Candidate& linear) {
-  return std::max(kExcursion, kExcursionOfLinear * linear.excursion);
-}
-
-/// Whether a candidate may be delivered in place of the linear one.
-bool admissible(const Candidate& own, const Candidate& linear) {
-  return !own.stopped && as_good_everywhere(own.held_out_nrmse, linear.held_out_nrmse) &&
-         own.excursion <= allowed_excursion(linear);
-}
-
-std::string percent(const Vector& nrmse) {
-  std::string text;
-  for (const double value : nrmse) text += fmt::format("{}{:.3g}", text.empty() ? "" : ", ", 100 * value);
-  return text + " %";
-}
-
-/// Whether a candidate's errors are below those of another by more than chance: the mean of the differences of their
-/// logs over the blocks by kCertain standard errors.
-bool certainly_better(const Candidate& candidate, const Candidate& than) {
-  const auto n = static_cast<Index>(std::min(candidate.block_logs.size(), than.block_logs.size()));
-  if (n < 2) return false;
-  const Vector difference =
-      Eigen::Map<const Vector>(candidate.block_logs.data(), n) - Eigen::Map<const Vector>(than.block_logs.data(), n);
-  const double mean = difference.mean();
-  const double variance = (difference.array() - mean).square().sum() / static_cast<double>(n - 1);
-  return mean + kCertain * std::sqrt(variance / static_cast<double>(n)) < 0;
-}
-
-/// The linear model unless another one is better by more than kNotWorse and by more than chance, and in no output
-/// worse.
-std::size_t choose(const std::vector<Candidate>& candidates) {
-  std::size_t chosen = 0;
-  const Candidate& linear = candidates.front();
-  double least = linear.stopped ? kDiverged : mean_log(linear.held_out_nrmse) - std::log(kNotWorse);
-  for (std::size_t i = 1; i < candidates.size(); ++i) {
-    const Candidate& own = candidates[i];
-    if (!admissible(own, linear)) continue;
-    if (!(mean_log(own.held_out_nrmse) < least) || !(linear.stopped || certainly_better(own, linear))) continue;
-    chosen = i;
-    least = mean_log(own.held_out_nrmse);
-  }
-  return chosen;
-}
-
-std::string reason_for(const Delivery& result) {
-  const Candidate& chosen = result.candidates[result.chosen];
-  std::string text = fmt::format("the {} model: held-out NRMSE {}", chosen.name, percent(chosen.held_out_nrmse));
-  for (std::size_t i = 0; i < result.candidates.size(); ++i) {
-    const Candidate& other = result.candidates[i];
-    if (i == result.chosen) continue;
-    text += other.stopped ? fmt::format("; {} diverges", other.name)
-                          : fmt::format("; {} {}", other.name, percent(other.held_out_nrmse));
-    if (!other.stopped && other.excursion > allowed_excursion(result.candidates.front()))
-      text += " but runs away on other drives of the same kind";
-  }
-  return text;
 }
 
 /// Refinement over the first `samples` of every record; false where it leads nowhere.
@@ -318,7 +170,8 @@ struct Trials {
   Random& random;
   std::vector<PipelineResult> runs = {};
   std::vector<Candidate> candidates = {};
-  std::vector<std::size_t> run_of = {};  // of every candidate
+  std::vector<std::size_t> run_of = {};       // of every candidate
+  std::vector<Candidate> of_all_starts = {};  // where there are several
   std::size_t chosen = 0;
 
   Trials(const std::vector<Signal>& all, const Split& parts, const Comparison& compare, const DeliveryOptions& wanted,
@@ -366,7 +219,7 @@ struct Trials {
 
   void keep_better(Best& best, Candidate candidate) const {
     const auto worth = [&](const Candidate& own) {
-      return std::pair(admissible(own, candidates.front()), own.stopped ? -kDiverged : -mean_log(own.held_out_nrmse));
+      return std::pair(admissible(own, candidates.front()), own.stopped ? -kInfinity : -mean_log(own.held_out_nrmse));
     };
     if (best.candidate && !(worth(candidate) > worth(*best.candidate))) return;
     best = {std::move(candidate), runs.size() - 1};
@@ -390,12 +243,17 @@ struct Trials {
       if (found.linear.status != Status::ok) return false;
       if (candidates.empty())
         add(scored("linear", without_map(found.linear.model), found.linear.x0, true), runs.size() - 1);
+      const auto enter = [&](Best& best, Candidate candidate) {
+        candidate.form = suffix;
+        if (starts > 1) of_all_starts.push_back(candidate);
+        keep_better(best, std::move(candidate));
+      };
       if (found.best >= 0) {
         const Pass& best = found.passes[static_cast<std::size_t>(found.best)];
-        keep_better(unrefined, scored("unrefined" + suffix, best.model, best.x0, false));
+        enter(unrefined, scored("unrefined" + suffix, best.model, best.x0, false));
       }
       if (found.refinement.solution.iterations > 0)
-        keep_better(refined, scored("refined" + suffix, found.model, found.x0, true));
+        enter(refined, scored("refined" + suffix, found.model, found.x0, true));
     }
     for (Best* best : {&unrefined, &refined})
       if (best->candidate) add(std::move(*best->candidate), best->run);
@@ -551,7 +409,7 @@ Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, co
   const Candidate& chosen = result.candidates[result.chosen];
   result.status = chosen.stopped ? Status::outside_domain : Status::ok;
   if (chosen.stopped) result.message = "the free run of every candidate diverges";
-  result.reason = reason_for(result);
+  result.reason = reason_for(result.candidates, result.chosen);
   const double allowed = allowed_excursion(result.candidates.front());
   const auto on_all = [&](const Candidate& candidate) {
     Candidate trial = candidate;
@@ -566,6 +424,16 @@ Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, co
     return trial.stopped || !better ? candidate : trial;
   };
   Candidate delivered = on_all(chosen);
+  if (chosen.model.map && chosen.unexplained.maxCoeff() >= kNoise) {
+    std::vector<Candidate> members{delivered};
+    for (const Candidate& other : trials.of_all_starts)
+      if (other.form == chosen.form && admissible(other, result.candidates.front())) members.push_back(on_all(other));
+    if (const auto nearest = nearest_to_the_others(members, scaled.records, parts.longest, scaled.y_deviation)) {
+      delivered = members[*nearest];
+      result.reason +=
+          fmt::format("; of {} fits of this form the one nearest to the others on other drives", members.size() - 1);
+    }
+  }
   result.model = std::move(delivered.model);
   result.x0 = std::move(delivered.x0);
   const std::vector<StartedRecord> all = started(scaled.records, result.x0);

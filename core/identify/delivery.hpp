@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/identify/candidates.hpp"
 #include "core/identify/initial_state.hpp"
 #include "core/identify/linear_search.hpp"
 #include "core/identify/pipeline.hpp"
@@ -26,17 +27,6 @@ struct DeliveryOptions {
 struct Channels {
   Vector u_offset, u_scale, y_scale;
   std::vector<Index> delay;
-};
-
-struct Candidate {
-  std::string name;  ///< "linear", "unrefined", "refined", and what is particular about the run
-  NonlinearModel model;
-  std::vector<Vector> x0;          ///< of every record
-  bool stopped = false;            ///< its free run left the state guard on one of them
-  double excursion = 0;            ///< beyond the range of the measured outputs, on other drives: excursion()
-  Vector held_out_nrmse;           ///< p, of the motion about the mean; infinity where it stopped
-  Vector unexplained;              ///< p, residual_share() on the held-out parts; 1 where it stopped
-  std::vector<double> block_logs;  ///< mean over the outputs of the log NRMSE, by block of the held-out parts
 };
 
 struct Delivery {
@@ -83,6 +73,8 @@ Index starts_for(Index samples);
 ///    on other drives.
 ///
 /// @param records of one set of channels, at least one   @param pieces subspace is not used where `search` is given
+///    Where the model chosen leaves more than noise, all starts of its form are refined so; of those that fit nearly as
+///    well as the best, the one whose outputs on other drives are nearest to those of the others (their medoid).
 /// Cost: that of the pipeline and its starts, once or twice and once for every other order, and one refinement on all
 /// records.
 Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, const Pieces& pieces, Random& random);

@@ -1,7 +1,6 @@
 #include "core/identify/surrogate_drives.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "core/base/random.hpp"
@@ -40,25 +39,33 @@ std::vector<SurrogateDrive> surrogate_drives(ConstMatrixRef u) {
   return drives;
 }
 
-double excursion(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y) {
-  constexpr double diverged = std::numeric_limits<double>::infinity();
+std::vector<Matrix> surrogate_outputs(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u) {
   const std::vector<SurrogateDrive> drives = surrogate_drives(u);
-  const Index read = std::min(u.cols(), kLongest);
   std::vector<Vector> starts(drives.size());
-  if (free_run_in_blocks(model, u.leftCols(read), x0, [&](const FreeRunBlock& block) {
-        for (std::size_t i = 0; i < drives.size(); ++i)
-          if (const Index k = drives[i].start - block.first; k >= 0 && k < block.x.cols()) starts[i] = block.x.col(k);
-      }) >= 0)
-    return diverged;
+  const auto seen = [&](const FreeRunBlock& block) {
+    for (std::size_t i = 0; i < drives.size(); ++i)
+      if (const Index k = drives[i].start - block.first; k >= 0 && k < block.x.cols()) starts[i] = block.x.col(k);
+  };
+  if (free_run_in_blocks(model, u.leftCols(std::min(u.cols(), kLongest)), x0, seen) >= 0) return {};
+  std::vector<Matrix> outputs;
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    FreeRun run = free_run(model, drives[i].u, starts[i]);
+    if (run.status != Status::ok || !all_finite(run.y)) return {};
+    outputs.push_back(std::move(run.y));
+  }
+  return outputs;
+}
+
+double excursion(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y) {
+  const std::vector<Matrix> outputs = surrogate_outputs(model, x0, u);
+  if (outputs.empty()) return u.cols() < kShortest ? 0 : std::numeric_limits<double>::infinity();
   const Vector low = y.rowwise().minCoeff(), high = y.rowwise().maxCoeff(), range = high - low;
   double worst = 0;
-  for (std::size_t i = 0; i < drives.size(); ++i)
-    if (free_run_in_blocks(model, drives[i].u, starts[i], [&](const FreeRunBlock& block) {
-          const Vector beyond = (block.y.rowwise().maxCoeff() - high).cwiseMax(low - block.y.rowwise().minCoeff());
-          worst = std::max(worst, beyond.cwiseQuotient(range).maxCoeff());
-        }) >= 0)
-      return diverged;
-  return std::isfinite(worst) ? worst : diverged;
+  for (const Matrix& output : outputs) {
+    const Vector beyond = (output.rowwise().maxCoeff() - high).cwiseMax(low - output.rowwise().minCoeff());
+    worst = std::max(worst, beyond.cwiseQuotient(range).maxCoeff());
+  }
+  return worst;
 }
 
 }  // namespace wheelhop

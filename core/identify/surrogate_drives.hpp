@@ -21,9 +21,12 @@ struct SurrogateDrive {
 /// read. @param u m x N, N >= 16: else there are none
 std::vector<SurrogateDrive> surrogate_drives(ConstMatrixRef u);
 
+/// The outputs of free runs over surrogate_drives(), p x N each; empty where one leaves the state guard.
+/// @param u m x N   @param x0 n, of the record. Cost: four free runs
+std::vector<Matrix> surrogate_outputs(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u);
+
 /// By how much the free runs over surrogate_drives() leave the range of the measured outputs, the worst of the outputs,
-/// in units of that range: 0 inside, infinity where a run leaves the state guard.
-/// @param u m x N   @param y p x N   @param x0 n, of the record. Cost: four free runs
+/// in units of that range: 0 inside, infinity where a run leaves the state guard. @param y p x N
 double excursion(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u, ConstMatrixRef y);
 
 }  // namespace wheelhop
