@@ -26,7 +26,7 @@ wheelhop_tests(consumer wheelhop_experiments
 wheelhop_extra_pieces(test_consumer ${CMAKE_CURRENT_SOURCE_DIR}/consumer/static_gain.cpp)
 
 # Runs of the whole program.
-wheelhop_tests(program wheelhop_plant
+wheelhop_tests(program wheelhop_variants
   FILES
   end_to_end/command.cpp
   end_to_end/diagnose.cpp
@@ -36,7 +36,8 @@ wheelhop_tests(program wheelhop_plant
   end_to_end/reproduce.cpp
   end_to_end/rigs.cpp
   end_to_end/silverbox.cpp
-  end_to_end/sweep.cpp)
+  end_to_end/sweep.cpp
+  study/identify_drawn.cpp)
 target_compile_definitions(test_program PRIVATE WHEELHOP_PROGRAM="$<TARGET_FILE:wheelhop>")
 if(WHEELHOP_MPI AND mpi_FOUND)
   target_compile_definitions(test_program PRIVATE WHEELHOP_HAS_MPI)

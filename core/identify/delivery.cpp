@@ -9,7 +9,7 @@
 #include "core/data/metrics.hpp"
 #include "core/identify/free_run_problem.hpp"
 #include "core/identify/residual_share.hpp"
-#include "core/identify/surrogate_drives.hpp"
+#include "core/model/sensitivities.hpp"
 
 namespace wheelhop {
 namespace {
@@ -42,6 +42,12 @@ constexpr double kRobustMap = 1.25;
 /// Fitted samples that all starts together read, and the most starts. Judgement: at five hundred samples the best of
 /// eight is in a good minimum where one is in one of three, and at a few thousand one suffices.
 constexpr Index kStartSamples = 4000, kMostStarts = 8;
+
+/// Fitted samples a parameter from which on a wider map is tried, times that its features are doubled at most, and the
+/// iterations of a refinement then, in those of the first. Judgements: a hundred samples determine a parameter to a
+/// tenth of the residual; wide maps converge slowly.
+constexpr double kSamplesPerParameter = 100;
+constexpr Index kMostGrowth = 2, kGrowthIterations = 2;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -287,7 +293,37 @@ struct Trials {
       if (candidates[chosen].model.map) lower_orders(*search, pipeline);
     }
     if (has_alternative_map(chosen) && !leaves_noise(chosen)) map_as_given(search, pipeline);
+    wider_maps();
     return true;
+  }
+
+  /// Where the model leaves more than noise and the records are long enough for more parameters: its refinement goes
+  /// on, then with twice the features, as long as that brings something.
+  void wider_maps() {
+    double samples = 0;
+    for (const Index fitted_samples : split.samples) samples += static_cast<double>(fitted_samples);
+    for (Index growth = 0; growth <= kMostGrowth && !leaves_noise(chosen); ++growth) {
+      Candidate own = candidates[chosen];
+      if (!own.model.map || own.stopped || has_alternative_map(chosen) || options.pipeline.refine_iterations == 0)
+        return;
+      if (growth > 0) {
+        std::shared_ptr<const StaticMap> wider = own.model.map->widened(own.model.map->features(), random);
+        if (!wider) return;
+        own.model.map = std::move(wider);
+      }
+      if (samples < kSamplesPerParameter * static_cast<double>(pack(own.model, own.x0.front()).size())) return;
+      if (!refine_on(records, split.samples, kGrowthIterations * options.pipeline.refine_iterations, pieces.solver,
+                     own.model, own.x0))
+        return;
+      own.name = fmt::format("refined{} with {} features", own.form, own.model.map->features());
+      comparison.score(own);
+      add(std::move(own), run_of[chosen]);
+      const std::size_t last = candidates.size() - 1;
+      const double gain = score(chosen) - score(last);
+      if (!admissible(candidates[last], candidates.front()) || !(gain > (growth > 0 ? std::log(kSameOrder) : 0)))
+        return;
+      chosen = last;
+    }
   }
 
   /// The linear model's order was chosen where a nonlinearity hides modes: higher ones as long as they bring something,

@@ -36,6 +36,10 @@ class StaticMap {
   /// Least values of theta(); empty: none.
   virtual Vector lower() const { return {}; }
 
+  /// A map of nearly the same f with `more` further features to start from, of output weights near zero; null: the
+  /// family has none.
+  virtual std::unique_ptr<StaticMap> widened(Index /*more*/, Random& /*random*/) const { return nullptr; }
+
   /// phi(xi). @param xi d values   @param phi h values out
   virtual void basis(const double* xi, double* phi) const = 0;
 

@@ -143,6 +143,38 @@ TEST_CASE("a short record: the best of several starts is compared, and what is d
   CHECK(better > 0);
 }
 
+TEST_CASE("of several fits the one nearest to the others is taken, never the odd one, and none that fits worse") {
+  Random random = numbers(820);
+  for (int draw = 0; draw < 5; ++draw) {
+    const NonlinearModel truth = without_map(random_linear(3, 1, 2, 0.9, random));
+    const Matrix u = random.normal(1, 500);
+    const std::vector<Signal> records{
+        record_of(u, free_run(truth, u, Vector::Zero(3)).y + 0.1 * random.normal(2, 500))};
+    const Vector deviation = rms(records[0].y);
+    std::vector<Candidate> members;
+    const auto add = [&](double gain, double start) {
+      Candidate own;
+      own.model = truth;
+      own.model.linear.B *= gain;
+      own.model.linear.D *= gain;
+      own.x0 = {Vector::Constant(3, start)};
+      members.push_back(std::move(own));
+    };
+    for (const double gain : {1.001, 1.02, 0.999, 1.0}) add(gain, 0);
+    const auto taken = nearest_to_the_others(members, records, 0, deviation);
+    REQUIRE(taken);
+    CHECK(*taken != 1);  // the one that differs most
+    add(1.5, 0);         // it does not fit the record, so that its vote does not count
+    add(1.5, 0);
+    add(1.5, 0);
+    add(1.5, 0);
+    add(1.5, 0);
+    CHECK(nearest_to_the_others(members, records, 0, deviation) == taken);
+    members.resize(2);
+    CHECK_FALSE(nearest_to_the_others(members, records, 0, deviation));
+  }
+}
+
 TEST_CASE("without nonlinearities the linear model is delivered") {
   const Setup setup;
   Random random = numbers(740);

@@ -50,6 +50,31 @@ TEST_CASE("radial units of a learned direction follow a ridge in five dimensions
   }
 }
 
+TEST_CASE("a widened map has the old features, faint new ones, and nearly the same f") {
+  Random random = numbers(179);
+  for (Index outputs = 1; outputs <= 2; ++outputs) {
+    const auto map = make_mlp(kInputs, outputs, {.hidden_units = 4});
+    const Matrix xi = random.normal(kInputs, 300);
+    map->initialise(xi, random.normal(outputs, 300), random);
+    map->W = random.normal(outputs, 4);
+    map->b = random.normal(outputs, 1);
+    map->L = random.normal(outputs, kInputs);
+    const auto wider = map->widened(3, random);
+    REQUIRE(wider);
+    CHECK(wider->features() == 7);
+    CHECK(wider->to_json().at("options").at("hidden_units") == 7);
+    Matrix before(outputs, 300), after(outputs, 300);
+    Vector phi(7);
+    for (Index k = 0; k < 300; ++k) {
+      map->value(xi.col(k).data(), before.col(k).data(), phi.data());
+      wider->value(xi.col(k).data(), after.col(k).data(), phi.data());
+    }
+    CHECK(relative_error(after, before) < 0.01);
+    CHECK(relative_error(after, before) > 0);
+    CHECK(wider->W.rightCols(3).cwiseAbs().minCoeff() > 0);
+  }
+}
+
 TEST_CASE("radial units start spread over the points: centres among them, widths of their spacing") {
   Random random = numbers(177);
   const Ridge ridge(178);

@@ -33,6 +33,21 @@ class Mlp final : public StaticMap {
     }
   }
 
+  std::unique_ptr<StaticMap> widened(Index more, Random& random) const override {
+    MlpOptions wider = options_;
+    wider.hidden_units += more;
+    auto map = std::make_unique<Mlp>(inputs(), outputs(), wider);
+    map->initialise(Matrix(), Matrix(), random);
+    map->alpha.head(alpha.size()) = alpha;
+    // Weights of zero would leave the new units without slopes, and a fit nowhere to go.
+    constexpr double faint = 1e-3;
+    const double size = faint * W.norm() / std::sqrt(static_cast<double>(std::max<Index>(1, W.size())));
+    map->W << W, size * random.normal(outputs(), more);
+    map->b = b;
+    map->L = L;
+    return map;
+  }
+
   /// On the slopes alone: an offset says where a unit bends, not how sharply.
   Vector precision() const override {
     Vector all = Vector::Zero(parameters());
