@@ -122,7 +122,7 @@ TEST_CASE("two halves of a record, each with its own start, say what the whole s
   CHECK(halves.blocks == whole.blocks);
 }
 
-TEST_CASE("a delay turns the response and leaves its magnitude; frequencies ascend to below half the sampling rate") {
+TEST_CASE("a delay turns the response and leaves its magnitude, frequencies ascend to below half the sampling rate") {
   Random random = numbers(643);
   const DelayedPlant plant = drawn_plant({.pairs = 1, .period = 10}, random);
   const Matrix u = random.normal(1, 300);

@@ -301,7 +301,9 @@ std::vector<Hypothesis> free_beside(const Search& search, const std::vector<Tole
     Hypothesis freed = fit_from(study, base, parameters);
     freed.effects = answer.effects;
     freed.plausibility = answer.plausibility;
-    if (freed.fit.error.empty() || freed.chi2 > base.chi2 || !linearise(freed.fit, parameters, study.data.fitted))
+    // The held-out records may speak against it within their noise; the fitted ones cannot, or the fit found nothing.
+    if (freed.fit.error.empty() || freed.fit.residual.squaredNorm() > base.fit.residual.squaredNorm() ||
+        !linearise(freed.fit, parameters, study.data.fitted))
       break;
     candidate.freed.push_back(freed_evidence(search, freed, tolerance));
     z = candidate.freed.back().z;
