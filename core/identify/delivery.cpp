@@ -39,9 +39,10 @@ constexpr Index kIdleOrders = 3;
 /// drives the plant a tenth harder makes more of a difference to a polynomial.
 constexpr double kRobustMap = 1.25;
 
-/// Fitted samples that all starts together read, and the most starts. Judgement: at five hundred samples the best of
-/// eight is in a good minimum where one is in one of three, and at a few thousand one suffices.
-constexpr Index kStartSamples = 4000, kMostStarts = 8;
+/// Fitted samples that all starts together read, the same times the square of the order, which the time of a start
+/// grows with, and the most starts. Judgement: at five hundred samples the best of eight is in a good minimum where one
+/// is in one of three, and at a few thousand one suffices; all starts of one form take a second.
+constexpr Index kStartSamples = 4000, kStartWork = 60000, kMostStarts = 8;
 
 /// Fitted samples a parameter from which on a wider map is tried, times that its features are doubled at most, and the
 /// iterations of a refinement then, in those of the first. Judgements: a hundred samples determine a parameter to a
@@ -242,11 +243,12 @@ struct Trials {
     const Pieces used{known ? static_cast<const SubspaceEstimator&>(*known) : pieces.subspace, pieces.inversion,
                       pieces.make_map, pieces.solver, pieces.make_ridge};
     Best unrefined, refined;
-    const Index starts = pipeline.nonlinearities == 0 ? 1 : std::max<Index>(1, wanted_starts());
+    Index starts = 1;
     for (Index start = 0; start < starts; ++start) {
       runs.push_back(run_scaled_pipeline(fitted, pipeline, used, random));
       const PipelineResult& found = runs.back();
       if (found.linear.status != Status::ok) return false;
+      if (pipeline.nonlinearities > 0) starts = wanted_starts(found.linear.order_used);
       if (candidates.empty())
         add(scored("linear", without_map(found.linear.model), found.linear.x0, true), runs.size() - 1);
       const auto enter = [&](Best& best, Candidate candidate) {
@@ -266,7 +268,9 @@ struct Trials {
     return true;
   }
 
-  Index wanted_starts() const { return options.starts > 0 ? options.starts : starts_for(fitted.u.cols()); }
+  Index wanted_starts(Index order) const {
+    return options.starts > 0 ? options.starts : starts_for(fitted.u.cols(), order);
+  }
 
   double score(std::size_t i) const { return mean_log(candidates[i].held_out_nrmse); }
 
@@ -408,8 +412,9 @@ std::vector<StartedRecord> started(const std::vector<Signal>& records, const std
 
 }  // namespace
 
-Index starts_for(Index samples) {
-  return std::clamp<Index>(kStartSamples / std::max<Index>(samples, 1), 1, kMostStarts);
+Index starts_for(Index samples, Index order) {
+  const Index by_order = kStartWork / std::max<Index>(samples * order * order, 1);
+  return std::clamp<Index>(std::min(kStartSamples / std::max<Index>(samples, 1), by_order), 1, kMostStarts);
 }
 
 Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, const Pieces& pieces, Random& random) {

@@ -47,9 +47,9 @@ struct Delivery {
   ModelUncertainty uncertainty;           ///< of `model`, in the units of the models
 };
 
-/// Starts of the pipeline from other initial guesses on so many fitted samples. Short records let free maps end in poor
-/// minima, and there a start costs little.
-Index starts_for(Index samples);
+/// Starts of the pipeline from other initial guesses on so many fitted samples and at that order. Short records let
+/// free maps end in poor minima, and there a start costs little.
+Index starts_for(Index samples, Index order);
 
 /// Steps:
 /// 1. Offsets larger than the motion are taken out of inputs and outputs, all channels are scaled to unit RMS.

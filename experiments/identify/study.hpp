@@ -28,7 +28,7 @@ struct IdentifyOptions {
     visit(
         "starts", starts, Range{0, 1000}, "-",
         "of every nonlinear model from other initial guesses, of which the best is compared with the others; 0: up to "
-        "8 on short records, 1 from 4000 fitted samples on");
+        "8 on short records of low order, 1 from 4000 fitted samples on");
     visit("excitation_tolerance", excitation_tolerance, Range{0, 1}, "-",
           "with $.subspace: singular value of the drive's block-Hankel matrix, relative to the largest, below which it "
           "counts as none");
