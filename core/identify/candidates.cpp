@@ -37,18 +37,6 @@ std::string percent(const Vector& nrmse) {
   return text + " %";
 }
 
-/// Whether a candidate's errors are below those of another by more than chance: the mean of the differences of their
-/// logs over the blocks by kCertain standard errors.
-bool certainly_better(const Candidate& candidate, const Candidate& than) {
-  const auto n = static_cast<Index>(std::min(candidate.block_logs.size(), than.block_logs.size()));
-  if (n < 2) return false;
-  const Vector difference =
-      Eigen::Map<const Vector>(candidate.block_logs.data(), n) - Eigen::Map<const Vector>(than.block_logs.data(), n);
-  const double mean = difference.mean();
-  const double variance = (difference.array() - mean).square().sum() / static_cast<double>(n - 1);
-  return mean + kCertain * std::sqrt(variance / static_cast<double>(n)) < 0;
-}
-
 /// Mean over the outputs of the log NRMSE over the whole records.
 double log_error_on(const std::vector<Signal>& records, const Candidate& candidate, const Vector& deviation) {
   Vector squares = Vector::Zero(deviation.size());
@@ -100,9 +88,9 @@ void Comparison::score(Candidate& candidate) const {
     Matrix errors;
     if (!free_run_errors(candidate.model, candidate.x0[i], records_[i], from(i), errors)) candidate.stopped = true;
     share += static_cast<double>(errors.cols()) * residual_share(errors, records_[i].u.rightCols(errors.cols()));
+    errors.array().colwise() /= deviation_.array();
     for (Index k = 0; k < errors.cols(); ++k) {
-      const Vector error = errors.col(k).cwiseQuotient(deviation_);
-      in_block += error.cwiseAbs2();
+      in_block += errors.col(k).cwiseAbs2();
       ++samples;
       if (++block_samples < block_) continue;
       candidate.block_logs.push_back(mean_log((in_block / static_cast<double>(block_)).cwiseSqrt()));
@@ -113,8 +101,9 @@ void Comparison::score(Candidate& candidate) const {
   }
   squares += in_block;
   const Signal& longest = records_[split_.longest];
-  candidate.excursion =
-      candidate.stopped ? kDiverged : excursion(candidate.model, candidate.x0[split_.longest], longest.u, longest.y);
+  candidate.excursion = candidate.stopped ? kDiverged
+                                          : excursion(candidate.model, candidate.x0[split_.longest], longest.u,
+                                                      longest.y.rightCols(longest.samples() - longest.skip));
   candidate.unexplained = candidate.stopped ? Vector::Ones(p) : Vector(share / static_cast<double>(samples));
   candidate.held_out_nrmse =
       candidate.stopped ? Vector::Constant(p, kDiverged) : Vector((squares / static_cast<double>(samples)).cwiseSqrt());
@@ -130,7 +119,17 @@ double allowed_excursion(const Candidate& linear) {
 
 bool admissible(const Candidate& own, const Candidate& linear) {
   return !own.stopped && as_good_everywhere(own.held_out_nrmse, linear.held_out_nrmse) &&
-         own.excursion <= allowed_excursion(linear);
+         std::isfinite(own.excursion) && own.excursion <= allowed_excursion(linear);
+}
+
+bool certainly_better(const Candidate& candidate, const Candidate& than) {
+  const auto n = static_cast<Index>(std::min(candidate.block_logs.size(), than.block_logs.size()));
+  if (n < 2) return false;
+  const Vector difference =
+      Eigen::Map<const Vector>(candidate.block_logs.data(), n) - Eigen::Map<const Vector>(than.block_logs.data(), n);
+  const double mean = difference.mean();
+  const double variance = (difference.array() - mean).square().sum() / static_cast<double>(n - 1);
+  return mean + kCertain * std::sqrt(variance / static_cast<double>(n)) < 0;
 }
 
 std::size_t choose(const std::vector<Candidate>& candidates) {
@@ -164,6 +163,7 @@ std::string reason_for(const std::vector<Candidate>& candidates, std::size_t cho
 std::optional<std::size_t> nearest_to_the_others(const std::vector<Candidate>& members,
                                                  const std::vector<Signal>& records, std::size_t longest,
                                                  const Vector& deviation) {
+  if (members.size() < kFewestAlike) return {};
   std::vector<double> errors;
   for (const Candidate& member : members) errors.push_back(log_error_on(records, member, deviation));
   const double least = errors.empty() ? kDiverged : *std::min_element(errors.begin(), errors.end());

@@ -66,6 +66,10 @@ double allowed_excursion(const Candidate& linear);
 /// Whether a candidate may be delivered in place of the linear one.
 bool admissible(const Candidate& own, const Candidate& linear);
 
+/// Whether a candidate's errors are below those of another by more than chance: the mean of the differences of their
+/// logs over the blocks by two standard errors.
+bool certainly_better(const Candidate& candidate, const Candidate& than);
+
 /// The linear candidate, which is the first one, unless another one is admissible and better by more than 2 % and by
 /// more than chance.
 std::size_t choose(const std::vector<Candidate>& candidates);

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
-#include "core/data/metrics.hpp"
 #include "core/identify/free_run_problem.hpp"
 #include "core/identify/residual_share.hpp"
 #include "core/model/sensitivities.hpp"
@@ -39,9 +39,9 @@ constexpr Index kIdleOrders = 3;
 /// drives the plant a tenth harder makes more of a difference to a polynomial.
 constexpr double kRobustMap = 1.25;
 
-/// Fitted samples that all starts together read, the same times the square of the order, which the time of a start
-/// grows with, and the most starts. Judgement: at five hundred samples the best of eight is in a good minimum where one
-/// is in one of three, and at a few thousand one suffices; all starts of one form take a second.
+/// Fitted samples that all starts together read, the same times the square of the order, and the most starts.
+/// Judgement: at five hundred samples the best of eight is in a good minimum where one is in one of three, at two
+/// thousand one suffices; the time of a start grows with the samples and the square of the order.
 constexpr Index kStartSamples = 4000, kStartWork = 60000, kMostStarts = 8;
 
 /// Fitted samples a parameter from which on a wider map is tried, times that its features are doubled at most, and the
@@ -180,6 +180,7 @@ struct Trials {
   std::vector<std::size_t> run_of = {};       // of every candidate
   std::vector<Candidate> of_all_starts = {};  // where there are several
   std::size_t chosen = 0;
+  bool widened = false;  // the one chosen has more features than the map that was given
 
   Trials(const std::vector<Signal>& all, const Split& parts, const Comparison& compare, const DeliveryOptions& wanted,
          const Pieces& borrowed, Random& guesses)
@@ -226,7 +227,8 @@ struct Trials {
 
   void keep_better(Best& best, Candidate candidate) const {
     const auto worth = [&](const Candidate& own) {
-      return std::pair(admissible(own, candidates.front()), own.stopped ? -kInfinity : -mean_log(own.held_out_nrmse));
+      return std::tuple(admissible(own, candidates.front()), certainly_better(own, candidates.front()),
+                        own.stopped ? -kInfinity : -mean_log(own.held_out_nrmse));
     };
     if (best.candidate && !(worth(candidate) > worth(*best.candidate))) return;
     best = {std::move(candidate), runs.size() - 1};
@@ -269,7 +271,9 @@ struct Trials {
   }
 
   Index wanted_starts(Index order) const {
-    return options.starts > 0 ? options.starts : starts_for(fitted.u.cols(), order);
+    Index samples = 0;
+    for (const Index own : split.samples) samples += own;
+    return options.starts > 0 ? options.starts : starts_for(samples, order);
   }
 
   double score(std::size_t i) const { return mean_log(candidates[i].held_out_nrmse); }
@@ -324,9 +328,13 @@ struct Trials {
       add(std::move(own), run_of[chosen]);
       const std::size_t last = candidates.size() - 1;
       const double gain = score(chosen) - score(last);
-      if (!admissible(candidates[last], candidates.front()) || !(gain > (growth > 0 ? std::log(kSameOrder) : 0)))
+      const bool enough = gain > (growth > 0 ? std::log(kSameOrder) : 0);
+      if (admissible(candidates[last], candidates.front()) && enough) {
+        chosen = last;
+        widened = growth > 0;
+      } else if (growth > 0) {
         return;
-      chosen = last;
+      }
     }
   }
 
@@ -434,6 +442,15 @@ Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, co
     result.channels.delay = result.search->delay;
     for (Signal& late : scaled.records) delay_inputs(late, result.channels.delay);
     for (Index& fitted : parts.samples) fitted -= longest(result.channels.delay);
+    for (std::size_t i = 0; i < parts.samples.size(); ++i)
+      if (parts.samples[i] <= scaled.records[i].skip) {
+        result.status = Status::rank_deficient;
+        result.message = fmt::format(
+            "record {} is too short for an input that acts {} samples late: leave it out or give it more "
+            "samples",
+            i + 1, longest(result.channels.delay));
+        return result;
+      }
   }
   const Comparison comparison(scaled.records, parts, scaled.y_deviation);
   result.held_out = comparison.describe();
@@ -465,14 +482,17 @@ Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, co
     return trial.stopped || !better ? candidate : trial;
   };
   Candidate delivered = on_all(chosen);
-  if (chosen.model.map && chosen.unexplained.maxCoeff() >= kNoise) {
-    std::vector<Candidate> members{delivered};
-    for (const Candidate& other : trials.of_all_starts)
-      if (other.form == chosen.form && admissible(other, result.candidates.front())) members.push_back(on_all(other));
+  if (chosen.model.map && !trials.widened && chosen.unexplained.maxCoeff() >= kNoise) {
+    std::vector<Candidate> members;
+    for (const Candidate& other : trials.of_all_starts) {
+      if (other.form != chosen.form || !admissible(other, result.candidates.front())) continue;
+      members.push_back(on_all(other));
+      if (!admissible(members.back(), result.candidates.front())) members.pop_back();
+    }
     if (const auto nearest = nearest_to_the_others(members, scaled.records, parts.longest, scaled.y_deviation)) {
       delivered = members[*nearest];
-      result.reason +=
-          fmt::format("; of {} fits of this form the one nearest to the others on other drives", members.size() - 1);
+      result.reason += fmt::format(
+          "; of {} fits of this form to all records the one nearest to the others on other drives", members.size());
     }
   }
   result.model = std::move(delivered.model);

@@ -70,16 +70,19 @@ Index starts_for(Index samples, Index order);
 ///    taken if it is nearly as good, as it holds farther beyond the records.
 /// 7. Where the model chosen holds the map as given, leaves more than noise and has a hundred fitted samples a
 /// parameter:
-///    its refinement goes on, then with twice and four times the features, as long as each brings more than 3 %.
-/// 8. Its refinement on all records from end to end, kept where it is no worse on the parts that were held out and
-/// holds
-///    on other drives.
+///    its refinement goes on, then with twice and four times the features, as long as each of these brings more than
+///    3 %.
+/// 8. The refinement of the model chosen on all records from end to end, kept where it is no worse on the parts that
+/// were
+///    held out and holds on other drives. Where there were several starts and the model leaves more than noise, all
+///    starts of its form are refined so; of those that fit within a quarter of the best, the one whose outputs on other
+///    drives are nearest to those of the others (their medoid) is delivered. `pipeline` is the run of the model chosen.
 ///
 /// @param records of one set of channels, at least one   @param pieces subspace is not used where `search` is given
-///    Where the model chosen leaves more than noise, all starts of its form are refined so; of those that fit nearly as
-///    well as the best, the one whose outputs on other drives are nearest to those of the others (their medoid).
-/// Cost: that of the pipeline and its starts, once or twice and once for every other order, and one refinement on all
-/// records.
+/// Status: rank_deficient without a linear model, or where a record is shorter than the delays; outside_domain where
+/// every candidate diverges.
+/// Cost: that of the pipeline and its starts, once or twice and once for every other order; with a wider map up to
+/// three refinements of twice the iterations; one refinement on all records, with several starts two for each of them.
 Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, const Pieces& pieces, Random& random);
 
 }  // namespace wheelhop

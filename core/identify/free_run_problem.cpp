@@ -1,12 +1,10 @@
 #include "core/identify/free_run_problem.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "core/identify/input_matrices.hpp"
 #include "core/optimise/prior.hpp"
 
 namespace wheelhop {

@@ -11,10 +11,25 @@ namespace {
 /// Judgements: pieces long enough for slow modes to answer, enough of them for new sequences, two drawn drives.
 constexpr Index kPieces = 8, kFade = 4, kDrawn = 2, kLongest = 16384, kShortest = 16;
 
+/// Where the part of a record that is read begins: at the one of largest variance, of those that overlap by half.
+Index liveliest(ConstMatrixRef u) {
+  Index best = 0;
+  double most = -1;
+  for (Index first = 0; u.cols() > kLongest && first + kLongest <= u.cols(); first += kLongest / 2) {
+    const auto part = u.middleCols(first, kLongest);
+    const double variance = (part.colwise() - Vector(part.rowwise().mean())).squaredNorm();
+    if (!(variance > most)) continue;
+    most = variance;
+    best = first;
+  }
+  return best;
+}
+
 SurrogateDrive reversed(ConstMatrixRef u) { return {u.rowwise().reverse(), u.cols() - 1}; }
 
 SurrogateDrive drawn(ConstMatrixRef u, Random& random) {
-  const Index N = u.cols(), piece = N / kPieces, fade = piece / kFade, places = N - piece - fade + 1;
+  const Index N = u.cols(), piece = N / kPieces, fade = std::max<Index>(1, piece / kFade),
+              places = N - piece - fade + 1;
   SurrogateDrive drive{Matrix(u.rows(), piece * kPieces), random.integer(places)};
   for (Index j = 0, from = drive.start; j < kPieces; ++j) {
     const Index next = j == 0 ? from : random.integer(places);
@@ -32,10 +47,12 @@ SurrogateDrive drawn(ConstMatrixRef u, Random& random) {
 
 std::vector<SurrogateDrive> surrogate_drives(ConstMatrixRef u) {
   if (u.cols() < kShortest) return {};
-  const auto read = u.leftCols(std::min(u.cols(), kLongest));
+  const Index first = liveliest(u);
+  const auto read = u.middleCols(first, std::min(u.cols(), kLongest));
   Random random(0, Stream::bootstrap);
   std::vector<SurrogateDrive> drives{reversed(read)};
   for (Index i = 0; i < kDrawn; ++i) drives.push_back(drawn(read, random));
+  for (SurrogateDrive& drive : drives) drive.start += first;
   return drives;
 }
 
@@ -46,7 +63,7 @@ std::vector<Matrix> surrogate_outputs(const NonlinearModel& model, ConstVectorRe
     for (std::size_t i = 0; i < drives.size(); ++i)
       if (const Index k = drives[i].start - block.first; k >= 0 && k < block.x.cols()) starts[i] = block.x.col(k);
   };
-  if (free_run_in_blocks(model, u.leftCols(std::min(u.cols(), kLongest)), x0, seen) >= 0) return {};
+  if (free_run_in_blocks(model, u, x0, seen) >= 0) return {};
   std::vector<Matrix> outputs;
   for (std::size_t i = 0; i < drives.size(); ++i) {
     FreeRun run = free_run(model, drives[i].u, starts[i]);

@@ -17,8 +17,8 @@ struct SurrogateDrive {
 
 /// The drive backwards in time, and two made of pieces of it: an eighth of its length each, from places drawn with a
 /// fixed seed, faded into one another over a quarter of a piece. All keep the range of the drive, have nearly its
-/// spectrum, and jump nowhere that it does not; all inputs are moved together. At most the first 16384 samples are
-/// read. @param u m x N, N >= 16: else there are none
+/// spectrum, and jump nowhere that it does not; all inputs are moved together. Of a longer record the
+/// 16384 samples of largest variance are read. @param u m x N, N >= 16: else there are none
 std::vector<SurrogateDrive> surrogate_drives(ConstMatrixRef u);
 
 /// The outputs of free runs over surrogate_drives(), p x N each; empty where one leaves the state guard.

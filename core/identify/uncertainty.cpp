@@ -3,8 +3,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "core/identify/free_run_problem.hpp"
 #include "core/model/sensitivities.hpp"
 
 namespace wheelhop {
@@ -13,9 +13,12 @@ namespace {
 /// Judgements: the scatter of forty blocks has a standard error of a ninth, and in twenty samples most of a residual's
 /// colour has died out.
 constexpr Index kBlocks = 40, kShortestBlock = 20;
-/// Directions of the scaled H below this share of the largest are coordinates of the states, which no record
-/// determines.
+/// Directions of the scaled H below this share of the largest are not determined; the coordinates of the states never
+/// are.
 constexpr double kUndetermined = 1e-11;
+/// A function that moves along these by more than this share of its slope is not determined either. Judgement: far more
+/// than differences leave of a function that does not depend on the coordinates, far less than of one that does.
+constexpr double kMovesAlong = 1e-3;
 
 /// Parameters of the model and the initial state of the first record as packed, then the other initial states.
 struct Places {
@@ -92,14 +95,23 @@ bool add_up(const NonlinearModel& model, const std::vector<StartedRecord>& recor
   return true;
 }
 
-/// H^+ with the columns at unit length: the coordinates of the states are left out.
-Matrix pseudo_inverse(const Matrix& H) {
-  const Vector scale = H.diagonal().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
-  const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * H * scale.asDiagonal());
-  const double least = kUndetermined * eigen.values.maxCoeff();
-  const Vector inverse = eigen.values.unaryExpr([&](double value) { return value > least ? 1 / value : 0.0; });
-  const Matrix V = scale.asDiagonal() * eigen.vectors;
-  return V * inverse.asDiagonal() * V.transpose();
+/// H^+ with the columns at unit length, and what it leaves out.
+struct PseudoInverse {
+  Matrix inverse;
+  Matrix undetermined;  // P x k, orthonormal in the scaled parameters
+  Vector scale;         // P, parameters over scaled ones
+};
+
+PseudoInverse pseudo_inverse(const Matrix& H) {
+  PseudoInverse result;
+  result.scale = H.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 1.0; });
+  const SymmetricEigen eigen = symmetric_eigen(result.scale.asDiagonal() * H * result.scale.asDiagonal());
+  const Index dropped = (eigen.values.array() <= kUndetermined * eigen.values.maxCoeff()).count();
+  const Index kept = eigen.values.size() - dropped;  // the values ascend
+  const Matrix V = result.scale.asDiagonal() * eigen.vectors.rightCols(kept);
+  result.inverse = V * eigen.values.tail(kept).cwiseInverse().asDiagonal() * V.transpose();
+  result.undetermined = eigen.vectors.leftCols(dropped);
+  return result;
 }
 
 Eigen::MatrixXcd response(const LinearModel& model, double frequency) {
@@ -114,10 +126,7 @@ Eigen::MatrixXcd response(const LinearModel& model, double frequency) {
 class Characteristics {
  public:
   Characteristics(const NonlinearModel& model, const std::vector<double>& frequencies, const std::vector<Index>& delay)
-      : frequencies_(frequencies),
-        delay_(delay),
-        at_rest_(linearised_at_rest(model)),
-        poles_(eigenvalues(at_rest_.A)) {}
+      : frequencies_(frequencies), delay_(delay), poles_(eigenvalues(linearised_at_rest(model).A)) {}
 
   Index poles() const { return static_cast<Index>(poles_.size()); }
 
@@ -146,7 +155,6 @@ class Characteristics {
  private:
   const std::vector<double>& frequencies_;
   const std::vector<Index>& delay_;
-  LinearModel at_rest_;
   ComplexVector poles_;
 };
 
@@ -154,7 +162,8 @@ class Characteristics {
 class Spread {
  public:
   Spread(const Sums& sums, const Vector& variance) {
-    const Matrix inverse = pseudo_inverse(sums.H);
+    pseudo_ = pseudo_inverse(sums.H);
+    const Matrix& inverse = pseudo_.inverse;
     moved_ = inverse * sums.scores;
     Matrix noise = Matrix::Zero(inverse.rows(), inverse.cols());
     for (std::size_t i = 0; i < sums.G.size(); ++i) noise += variance(static_cast<Index>(i)) * sums.G[i];
@@ -163,7 +172,11 @@ class Spread {
     freedom_ = N / (N - P);
   }
 
+  /// Infinity where the records do not determine the function.
   double operator()(const Eigen::RowVectorXd& slope) const {
+    const Eigen::RowVectorXd scaled = slope * pseudo_.scale.asDiagonal();
+    if ((scaled * pseudo_.undetermined).norm() > kMovesAlong * scaled.norm())
+      return std::numeric_limits<double>::infinity();
     const double white = slope.dot(slope * white_), coloured = (slope * moved_).squaredNorm();
     return std::sqrt(freedom_ * std::max({white, coloured, 0.0}));
   }
@@ -175,6 +188,7 @@ class Spread {
   }
 
  private:
+  PseudoInverse pseudo_;
   Matrix white_, moved_;
   double freedom_ = 1;
 };

@@ -45,10 +45,14 @@ struct ModelUncertainty {
 /// any colour, as a model leaves them that lacks something. Where noise is white, the two agree but for the scatter of
 /// the second. Blocks: 40 over all records, of 20 samples at least. dc by central differences.
 /// The records are the ones that were fitted; nothing is said of errors that all of them share, as of a wrong input
-/// gain. Not known (blocks = 0) where a free run leaves the state guard, or where there are not more samples than
+/// gain. A standard deviation is infinite where the records leave the function open, as between the lines of a
+/// multisine. Nothing is known (blocks = 0) where a free run leaves the state guard, or with no more samples than
 /// parameters.
-/// @param frequencies rad/sample, of the responses   @param delay samples by which each input acts late, in the
-/// responses Cost: two runs with sensitivities over all records, and 2 P eigenvalue problems.
+/// @param frequencies rad/sample, of the responses
+/// @param delay samples by which each input acts late, in the responses
+///
+/// Cost: a run with sensitivities and a plain one over all records, and for each of the P parameters two eigenvalue
+/// problems and two linear systems a frequency.
 ModelUncertainty model_uncertainty(const NonlinearModel& model, const std::vector<StartedRecord>& records,
                                    const std::vector<double>& frequencies, const std::vector<Index>& delay = {});
 

@@ -33,7 +33,8 @@ constexpr double kNoNoise = 0.2;
 /// Initial state of the i-th record that was fitted. With delays the fit begins where all inputs are known, and the
 /// state before is estimated anew.
 Vector trained_state(const ModelFile& file, const Delivery& result, const Signal& record, std::size_t i) {
-  return longest_delay(file) == 0 ? result.x0[i] : initial_state(file, record, record.samples());
+  if (longest_delay(file) == 0) return result.x0[i];
+  return initial_state(file, record, 4 * initial_state_span(file.model.linear, record.samples()));
 }
 
 Extremes together(const Extremes& a, const Extremes& b) { return {a.low.cwiseMin(b.low), a.high.cwiseMax(b.high)}; }
@@ -164,20 +165,24 @@ Json score_json(const IdentifyConfig& config, const RecordScore& score, bool tra
   return out;
 }
 
-Json interval(double value, double std) { return {value - kNinetyPercent * std, value + kNinetyPercent * std}; }
+/// @param least value that the quantity may have
+Json interval(double value, double std, double least) {
+  return {std::max(least, value - kNinetyPercent * std), value + kNinetyPercent * std};
+}
 
-/// Intervals of 90 %, in Hz and in the units of the channels.
+/// Intervals of 90 %, in Hz and in the units of the channels. What the records leave open has an infinite upper end, in
+/// a file null.
 Json uncertainty_json(const ModelFile& file, const ModelUncertainty& found) {
   if (!found.known()) return nullptr;
   const double hz = file.sampling_hz / (2 * 3.14159265358979323846);  // of a radian a sample
   Json poles = Json::array();
   for (const UncertainPole& pole : found.poles)
-    if (pole.pole.imag() >= 0)  // one of each pair
+    if (pole.pole.imag() >= 0 && std::isfinite(pole.frequency))  // one of each pair
       poles.push_back({{"pole", {pole.pole.real(), pole.pole.imag()}},
                        {"frequency_hz", pole.frequency * hz},
-                       {"frequency_interval_hz", interval(pole.frequency * hz, pole.frequency_std * hz)},
+                       {"frequency_interval_hz", interval(pole.frequency * hz, pole.frequency_std * hz, 0)},
                        {"damping_ratio", pole.damping},
-                       {"damping_interval", interval(pole.damping, pole.damping_std)}});
+                       {"damping_interval", interval(pole.damping, pole.damping_std, -1)}});
   std::vector<double> frequencies;
   for (const UncertainResponse& at : found.responses) frequencies.push_back(at.frequency * hz);
   Json responses = Json::array();

@@ -64,12 +64,12 @@ void print_modes(const ModelUncertainty& found, double sampling_hz) {
   const double hz = sampling_hz / (2 * 3.14159265358979323846);
   Index number = 0;
   for (const UncertainPole& pole : found.poles) {
-    if (pole.pole.imag() < 0) continue;
+    if (pole.pole.imag() < 0 || !std::isfinite(pole.frequency)) continue;
     fmt::print("mode {}  {:.4g} +- {:.2g} Hz", ++number, pole.frequency * hz, kNinetyPercent * pole.frequency_std * hz);
     if (pole.pole.imag() > 0)
       fmt::print(", damping {:.4g} +- {:.2g}\n", pole.damping, kNinetyPercent * pole.damping_std);
     else
-      fmt::print(", without oscillation\n");
+      fmt::print("{}\n", pole.pole.real() > 0 ? ", without oscillation" : ", from sample to sample");
   }
   if (number > 0) fmt::print("        (at rest, with 90 % intervals)\n");
 }
@@ -83,9 +83,10 @@ void print_identification(const IdentifyConfig& config, const Delivery& result, 
   std::size_t width = 0;
   for (const RecordScore& score : scores) width = std::max(width, label(score).size());
   if (config.options.initial_state_samples > 0)
-    fmt::print("\nfree run, initial state from the first {} samples\n", config.options.initial_state_samples);
+    fmt::print("\nfree run, initial state from the first {} samples and the states met in training\n",
+               config.options.initial_state_samples);
   else
-    fmt::print("\nfree run, initial state from the first periods of the slowest mode\n");
+    fmt::print("\nfree run, initial state from the first periods of the slowest mode and the states met in training\n");
   fmt::print("{:<{}} {:<11} {:<26} {:>10} {:>10} {:>15} {:>10}\n", "record", width, "role", "output", "linear VAF",
              "VAF %", "RMSE", "NRMSE");
   for (const RecordScore& score : scores) {

@@ -25,10 +25,9 @@ struct IdentifyOptions {
         "initial_state_samples", initial_state_samples, Range{0}, "-",
         "of a record that is not fitted, from which the free run's initial state is estimated; 0: three periods of the "
         "slowest mode, at least 100 and at most a quarter of the record");
-    visit(
-        "starts", starts, Range{0, 1000}, "-",
-        "of every nonlinear model from other initial guesses, of which the best is compared with the others; 0: up to "
-        "8 on short records of low order, 1 from 4000 fitted samples on");
+    visit("starts", starts, Range{0, 1000}, "-",
+          "runs of the pipeline from different initial guesses, the best of which is compared; 0: up to 8 on short "
+          "records of low order, 1 from about 2000 fitted samples on");
     visit("excitation_tolerance", excitation_tolerance, Range{0, 1}, "-",
           "with $.subspace: singular value of the drive's block-Hankel matrix, relative to the largest, below which it "
           "counts as none");

@@ -46,6 +46,7 @@ ModelFile sample_model(bool with_map = true) {
   file.envelope = {{-Vector::Ones(kInputs), Vector::Ones(kInputs)},
                    {-2 * Vector::Ones(kOutputs), 3 * Vector::Ones(kOutputs)},
                    {-Vector::Ones(count), Vector::Ones(count)}};
+  file.uncertainty = {{"interval", 0.9}, {"poles_at_rest", Json::array()}};
   file.config = {{"seed", 1}};
   file.scores = {{"order", kOrder}};
   file.provenance = {{"program", "wheelhop"}};

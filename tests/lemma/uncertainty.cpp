@@ -147,3 +147,20 @@ TEST_CASE("too few samples for the parameters: nothing is stated") {
   const Matrix u = random.normal(1, 20);
   CHECK_FALSE(model_uncertainty(model, {{u, random.normal(1, 20), 0, Vector::Zero(3)}}, {0.5}).known());
 }
+
+TEST_CASE("between the lines of a multisine nothing is stated, on them it is") {
+  Random random = numbers(645);
+  const DelayedPlant plant = drawn_plant({.pairs = 2, .period = 10}, random);
+  Matrix u(1, 2000);
+  const double pi = 3.14159265358979323846;
+  for (Index k = 0; k < 2000; ++k)
+    u(0, k) = std::sin(2 * pi * static_cast<double>(k) / 20) + std::cos(2 * pi * static_cast<double>(k) / 50);
+  // From the steady state on: what begins and dies out would tell more.
+  const Vector x0 = simulate(plant.model, u, Vector::Zero(4)).x.col(1900);
+  const Matrix y = simulate(plant.model, u, x0).y;
+  const Matrix noisy = y + 0.01 * random.normal(1, 2000);
+  const auto found = model_uncertainty(without_map(plant.model), {{u, noisy, 0, x0}}, {2 * pi / 20, 0.9});
+  REQUIRE(found.known());
+  CHECK(found.responses[0].magnitude_std(0) < 0.1 * std::abs(found.responses[0].value(0)) + 0.01);
+  CHECK(found.responses[1].magnitude_std(0) > 10 * found.responses[0].magnitude_std(0));
+}

@@ -36,6 +36,7 @@ class Mlp final : public StaticMap {
   std::unique_ptr<StaticMap> widened(Index more, Random& random) const override {
     MlpOptions wider = options_;
     wider.hidden_units += more;
+    if (wider.hidden_units > kMostUnits) return nullptr;
     auto map = std::make_unique<Mlp>(inputs(), outputs(), wider);
     map->initialise(Matrix(), Matrix(), random);
     map->alpha.head(alpha.size()) = alpha;

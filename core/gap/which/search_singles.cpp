@@ -278,6 +278,11 @@ bool shaped_by(const Hypothesis& answer, const ToleranceEvidence& own) {
          });
 }
 
+/// What a fit minimised: of the fitted records, with the priors of the parameters.
+double objective(const PlantFit& fit) {
+  return fit.residual.squaredNorm() + fit.theta.cwiseAbs2().dot(fit.precision.head(fit.theta.size()));
+}
+
 }  // namespace
 
 std::vector<Hypothesis> free_beside(const Search& search, const std::vector<ToleranceEvidence>& tolerances,
@@ -301,8 +306,9 @@ std::vector<Hypothesis> free_beside(const Search& search, const std::vector<Tole
     Hypothesis freed = fit_from(study, base, parameters);
     freed.effects = answer.effects;
     freed.plausibility = answer.plausibility;
-    // The held-out records may speak against it within their noise; the fitted ones cannot, or the fit found nothing.
-    if (freed.fit.error.empty() || freed.fit.residual.squaredNorm() > base.fit.residual.squaredNorm() ||
+    // The held-out records may speak against it within their noise; where what was minimised did not fall, the fit
+    // found nothing.
+    if (freed.fit.error.empty() || objective(freed.fit) > objective(base.fit) ||
         !linearise(freed.fit, parameters, study.data.fitted))
       break;
     candidate.freed.push_back(freed_evidence(search, freed, tolerance));
