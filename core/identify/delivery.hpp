@@ -34,7 +34,7 @@ struct Delivery {
   std::string message;  ///< where there is no model, or how the refinement failed
   Channels channels;
   std::optional<LinearSearch> search;
-  PipelineResult pipeline;  ///< of the model that was delivered; its steps on the fitted part
+  PipelineResult pipeline;  ///< the run of the model chosen; its steps on the fitted part
   std::vector<Candidate> candidates;
   std::size_t chosen = 0;
   std::string held_out;  ///< what the candidates were compared on
@@ -68,15 +68,13 @@ Index starts_for(Index samples, Index order);
 ///    than that of a nonlinear model: the lowest one that does as well is taken.
 /// 6. Where that one holds the alternative map and leaves more than noise, the pipeline without that map: its model is
 ///    taken if it is nearly as good, as it holds farther beyond the records.
-/// 7. Where the model chosen holds the map as given, leaves more than noise and has a hundred fitted samples a
-/// parameter:
-///    its refinement goes on, then with twice and four times the features, as long as each of these brings more than
-///    3 %.
-/// 8. The refinement of the model chosen on all records from end to end, kept where it is no worse on the parts that
-/// were
-///    held out and holds on other drives. Where there were several starts and the model leaves more than noise, all
-///    starts of its form are refined so; of those that fit within a quarter of the best, the one whose outputs on other
-///    drives are nearest to those of the others (their medoid) is delivered. `pipeline` is the run of the model chosen.
+/// 7. Where the model chosen holds the map as given, leaves more than noise and has a hundred fitted samples for
+///    each parameter, its refinement goes on. Then the same with twice and with four times the features, as long as
+///    each of these brings more than 3 %.
+/// 8. The refinement of the model chosen on all records from end to end. It is kept where it is no worse on the parts
+///    that were held out and holds on other drives. Where there were several starts and the model leaves more than
+///    noise, all starts of its form are refined so. Of those that fit within a quarter of the best, the one is
+///    delivered whose outputs on other drives are nearest to those of the others (their medoid).
 ///
 /// @param records of one set of channels, at least one   @param pieces subspace is not used where `search` is given
 /// Status: rank_deficient without a linear model, or where a record is shorter than the delays; outside_domain where
