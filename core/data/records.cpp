@@ -92,9 +92,33 @@ void bring_to_rate(FileTable::Stretch& stretch, double hz, Index& skip) {
   stretch.sampling_hz = hz;
 }
 
+std::map<std::string, double> read_by_name(const JsonCursor& cursor) {
+  if (!cursor.is_object()) cursor.fail("an object of numbers by mass");
+  std::map<std::string, double> values;
+  for (const auto& item : cursor.raw().items()) values[item.key()] = cursor.at(item.key()).number();
+  return values;
+}
+
+/// `start` of a record, or else of its set.
+KnownStart read_start(const JsonCursor& set, const JsonCursor& record) {
+  KnownStart start;
+  const auto own = record.find("start"), common = set.find("start");
+  if (!own && !common) return start;
+  const JsonCursor& cursor = own ? *own : *common;
+  if (!cursor.is_object()) {
+    start.rest = cursor.one_of({"free", "rest"}) == "rest";
+    return start;
+  }
+  if (const auto values = cursor.find("displacement_m")) start.displacement_m = read_by_name(*values);
+  if (const auto values = cursor.find("velocity_m_per_s")) start.velocity_m_per_s = read_by_name(*values);
+  cursor.done();
+  return start;
+}
+
 /// @param sampling_hz is set to the rate of the record
-Record read_record(const JsonCursor& cursor, const Rates& rates, const std::vector<Channel>& inputs,
-                   const std::vector<Channel>& outputs, Tables& tables, double& sampling_hz) {
+Record read_record(const JsonCursor& cursor, const JsonCursor& set, const Rates& rates,
+                   const std::vector<Channel>& inputs, const std::vector<Channel>& outputs, Tables& tables,
+                   double& sampling_hz) {
   Record record;
   const JsonCursor name = cursor.at("file");
   record.file = name.string();
@@ -104,6 +128,7 @@ Record read_record(const JsonCursor& cursor, const Rates& rates, const std::vect
   const auto skip = cursor.find("skip_initial");
   cursor.find("range");
   for (const char* member : {"columns", "format", "time", "lost_samples"}) cursor.find(member);
+  record.start = read_start(set, cursor);
   cursor.done();
   const FileTable& table = tables.get(record.file, cursor);
   const auto [first, count] = read_range(cursor, table.samples());
@@ -179,6 +204,14 @@ std::vector<std::string> file_names(const RecordSet& set) {
   return names;
 }
 
+Json to_json(const KnownStart& start) {
+  if (start.rest) return "rest";
+  Json out = Json::object();
+  if (!start.displacement_m.empty()) out["displacement_m"] = start.displacement_m;
+  if (!start.velocity_m_per_s.empty()) out["velocity_m_per_s"] = start.velocity_m_per_s;
+  return out;
+}
+
 Table to_table(const Signal& signal, double sampling_hz) {
   Table table;
   table.names = {"t"};
@@ -219,7 +252,7 @@ RecordSet load_records(const fs::path& file, const std::vector<Channel>& inputs,
   Rates rates{read_rate(cursor, "sampling_hz"), read_rate(cursor, "resample_hz")};
   const JsonCursor list = cursor.at("records");
   const auto noise = cursor.find("noise_std");
-  for (const char* member : {"columns", "format", "time", "lost_samples"}) cursor.find(member);
+  for (const char* member : {"columns", "format", "time", "lost_samples", "start"}) cursor.find(member);
   if (const auto identity = cursor.find("set")) {
     set.identity = identity->string();
     check_identity(*identity);
@@ -229,7 +262,7 @@ RecordSet load_records(const fs::path& file, const std::vector<Channel>& inputs,
   if (items.empty()) list.fail("at least one record");
   Tables tables(cursor, inputs, outputs);
   for (const JsonCursor& item : items) try {
-      set.records.push_back(read_record(item, rates, inputs, outputs, tables, set.sampling_hz));
+      set.records.push_back(read_record(item, cursor, rates, inputs, outputs, tables, set.sampling_hz));
       // Where the files tell the rate, the first one tells it for all; resampled records may have one each.
       if (!rates.sampling_hz && !rates.resample_hz) rates.sampling_hz = set.sampling_hz;
     } catch (const MachineError&) {
@@ -256,6 +289,7 @@ void write_records(const fs::path& folder, const RecordSet& set) {
     Json item = {{"file", names[i]}, {"role", record.role}};
     if (!record.repeat_of.empty()) item["repeat_of"] = record.repeat_of;
     if (record.signal.skip > 0) item["skip_initial"] = record.signal.skip;
+    if (record.start != KnownStart{}) item["start"] = to_json(record.start);
     records.push_back(std::move(item));
   }
   Json out = {{"sampling_hz", set.sampling_hz}, {"records", std::move(records)}};

@@ -11,11 +11,20 @@
 
 namespace wheelhop {
 
+/// What is known of the state in which a record begins. What is not told is free: a fit finds it.
+struct KnownStart {
+  bool rest = false;  ///< everything is at rest, in equilibrium under the first sample of the drives
+  std::map<std::string, double> displacement_m, velocity_m_per_s;  ///< by mass of a plant
+
+  bool operator==(const KnownStart&) const = default;
+};
+
 struct Record {
   std::string file;       ///< as written in records.json, relative to its folder
   std::string role;       ///< "estimation" or "validation"
   std::string repeat_of;  ///< records with the same name repeat one drive; empty if none does
-  Index first = 0;        ///< sample of the file at which the signal begins
+  KnownStart start = {};
+  Index first = 0;  ///< sample of the file at which the signal begins
   Signal signal;
   Index rows = 0;                         ///< samples of the file that the signal was made of; 0: as many as it has
   Index line = 0;                         ///< of the file in which its first sample stands, from 1; 0: none
@@ -55,8 +64,10 @@ struct RecordSet {
 };
 
 /// Reads `records.json` and the files it names, as reading.hpp tells: `{"sampling_hz"?, "resample_hz"?, "records":
-/// [{"file", "role", "repeat_of"?, "range"?, "skip_initial"?}], "noise_std"?, "set"?}`, and `columns`, `time`, `format`
-/// and `lost_samples` in the set or in a record.
+/// [{"file", "role", "repeat_of"?, "range"?, "skip_initial"?}], "noise_std"?, "set"?}`, and `columns`, `time`,
+/// `format`, `lost_samples` and `start` in the set or in a record.
+/// - `start`: "free" (if nothing is said), "rest", or {"displacement_m"?: {MASS: value}, "velocity_m_per_s"?: ...}. It
+/// is of the first sample that is read, and names masses of the plant that the records are compared with.
 /// - `sampling_hz` may be left out where the column of time tells it.
 /// - `resample_hz`: every record is brought to this rate (resample.hpp), whatever its own is.
 /// - `range` and `skip_initial` count samples of the file.

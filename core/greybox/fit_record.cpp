@@ -20,11 +20,45 @@ Index unsure_ends(const Plant& plant, Index samples) { return plant.held() ? 0 :
 
 bool never_moves(ConstMatrixRef drive) { return (drive.colwise() - drive.col(0)).isZero(0); }
 
-Vector whole_state(const Plant& plant, const Vector& state) {
-  const Index known = state.size() / 2, n = plant.mass_count();
-  Vector whole = Vector::Zero(2 * n);
-  whole.head(known) = state.head(known);
-  whole.segment(n, known) = state.tail(known);
+std::vector<std::pair<Index, double>> known_states(const Plant& plant, const KnownStart& start, const Vector& rest) {
+  std::vector<std::pair<Index, double>> list;
+  const Index n = rest.size() / 2;
+  if (start.rest)
+    for (Index i = 0; i < 2 * n; ++i) list.emplace_back(i, rest(i));
+  const auto add = [&](const std::map<std::string, double>& values, Index first) {
+    for (const auto& [name, value] : values) {
+      const auto own = std::find_if(plant.masses.begin(), plant.masses.end(),
+                                    [&, &wanted = name](const Mass& mass) { return mass.name == wanted; });
+      if (own == plant.masses.end()) {
+        std::vector<std::string> known;
+        for (const Mass& mass : plant.masses) known.push_back(mass.name);
+        throw UserError("start of a record: expected a mass of the plant (" + join_names(known) + "), found \"" + name +
+                        "\"");
+      }
+      if (own - plant.masses.begin() < n) list.emplace_back(first + (own - plant.masses.begin()), value);
+    }
+  };
+  add(start.displacement_m, 0);
+  add(start.velocity_m_per_s, n);
+  return list;
+}
+
+Vector memories_of(const Plant& plant, const InitialState& state) {
+  const std::vector<std::string> names = memory_names(plant);
+  Vector values = Vector::Zero(static_cast<Index>(names.size()));
+  for (const auto& [name, value] : state.memories)
+    if (const auto own = std::find(names.begin(), names.end(), name); own != names.end())
+      values(own - names.begin()) = value;
+  return values;
+}
+
+Vector whole_state(const Plant& plant, const InitialState& state) {
+  const Index known = state.motion.size() / 2, n = plant.mass_count();
+  const Vector memories = state.memories.empty() ? Vector() : memories_of(plant, state);
+  Vector whole = Vector::Zero(2 * n + memories.size());
+  whole.head(known) = state.motion.head(known);
+  whole.segment(n, known) = state.motion.tail(known);
+  whole.tail(memories.size()) = memories;
   for (Index i = known; i < n; ++i) {
     const std::string& name = plant.masses[static_cast<std::size_t>(i)].name;
     for (const Element& element : plant.elements) {
@@ -39,11 +73,11 @@ Vector whole_state(const Plant& plant, const Vector& state) {
   return whole;
 }
 
-SimulateOptions run_options(const Plant& plant, const FitRecord& record, const Vector& initial_state) {
+SimulateOptions run_options(const Plant& plant, const FitRecord& record, const InitialState& initial_state) {
   SimulateOptions options = sparing_steps(plant, kSubsteps, kMostSubsteps);
   options.decimation = record.ratio;
-  options.from_equilibrium = options.or_at_zero = initial_state.size() == 0;
-  if (initial_state.size() > 0) options.initial_state = whole_state(plant, initial_state);
+  options.from_equilibrium = options.or_at_zero = initial_state.motion.size() == 0;
+  if (initial_state.motion.size() > 0) options.initial_state = whole_state(plant, initial_state);
   return options;
 }
 

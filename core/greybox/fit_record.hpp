@@ -24,25 +24,44 @@ inline constexpr Index kMostDriveRatio = 32;
 
 /// A record made ready for thousands of simulations.
 struct FitRecord {
-  Matrix drive;       ///< m x N * ratio, at the plant's hold rate
-  Matrix y;           ///< p x N
-  Index ratio = 1;    ///< hold samples a sample
-  Index skip = 0;     ///< leading samples that are not scored
-  Vector weight_std;  ///< p, what the residual of this record is divided by; > 0
-  Vector quantum;     ///< p, step of the lattice seen in the readings, 0: none; empty: not looked for
+  Matrix drive;           ///< m x N * ratio, at the plant's hold rate
+  Matrix y;               ///< p x N
+  Index ratio = 1;        ///< hold samples a sample
+  Index skip = 0;         ///< leading samples that are not scored
+  Vector weight_std;      ///< p, what the residual of this record is divided by; > 0
+  Vector quantum;         ///< p, step of the lattice seen in the readings, 0: none; empty: not looked for
+  KnownStart start = {};  ///< a fit finds the rest of the initial state
   /// Variance that a fit expects of residuals in units of `weight_std`, the same in all records of a fit; 1: noise
   /// alone. Where every model leaves more, priors count by as much more: without it parameters bend around what no
   /// model of the class can do. McCullagh & Nelder, Generalized Linear Models, 1989, section 4.5.
   double dispersion = 1;
 };
 
-/// An initial state for a plant that may have masses beyond those of the state, at the end of its list: each of them
-/// starts where and as fast as the mass it hangs on. @param state [q; v] of the first masses @return [q; v] of all
-Vector whole_state(const Plant& plant, const Vector& state);
+/// The numbers of [q; v] that a record's start tells, with their values. @param rest [q; v] in equilibrium
+/// UserError that names the plant's masses if it tells of another one.
+std::vector<std::pair<Index, double>> known_states(const Plant& plant, const KnownStart& start, const Vector& rest);
 
-/// How a record is simulated, of which the first 2n numbers of the state are known; from rest in equilibrium where they
-/// are not.
-SimulateOptions run_options(const Plant& plant, const FitRecord& record, const Vector& initial_state = {});
+/// Where a record begins, as far as it is known.
+struct InitialState {
+  InitialState() = default;
+  InitialState(Vector of_motion) : motion(std::move(of_motion)) {}  // NOLINT: a motion is a state with memories at rest
+
+  Vector motion;  ///< [q; v] of the plant's first masses; empty: at rest in equilibrium
+  /// Internal states of laws by `memory_names`, so that a plant with other laws beside them finds its own. Those that
+  /// are not listed are at rest.
+  std::vector<std::pair<std::string, double>> memories = {};
+};
+
+/// The values of a plant's memories in an initial state, in their order.
+Vector memories_of(const Plant& plant, const InitialState& state);
+
+/// An initial state for a plant that may have masses beyond those of the state, at the end of its list: each of them
+/// starts where and as fast as the mass it hangs on.
+/// @return [q; v] of all masses, and [q; v; z] where one of the plant's memories is not at rest
+Vector whole_state(const Plant& plant, const InitialState& state);
+
+/// How a record is simulated from an initial state.
+SimulateOptions run_options(const Plant& plant, const FitRecord& record, const InitialState& initial_state = {});
 
 /// @param weight_std p, the record's noise floor (for a mean of R repeats that of one over sqrt(R))
 /// UserError as drive_of_record and hold_samples_per_record_sample.

@@ -55,7 +55,7 @@ struct Seen {
   Vector output_rms, output_peak, output_rate_peak;
 };
 
-bool visit_record(const Plant& plant, const FitRecord& record, const Vector& initial_state, Seen& seen) {
+bool visit_record(const Plant& plant, const FitRecord& record, const InitialState& initial_state, Seen& seen) {
   const Simulation run = simulate_measured(plant, record.drive, run_options(plant, record, initial_state));
   if (run.status != Status::ok) return false;
   const double sample_s = static_cast<double>(record.ratio) / plant.hold_hz();
@@ -95,8 +95,8 @@ bool visit_record(const Plant& plant, const FitRecord& record, const Vector& ini
 
 }  // namespace
 
-bool operation_of(const Plant& plant, const std::vector<FitRecord>& records, const std::vector<Vector>& initial_states,
-                  Operation& operation) {
+bool operation_of(const Plant& plant, const std::vector<FitRecord>& records,
+                  const std::vector<InitialState>& initial_states, Operation& operation) {
   const Index p = plant.sensor_count();
   Seen seen;
   seen.elements.resize(plant.elements.size());
@@ -108,7 +108,7 @@ bool operation_of(const Plant& plant, const std::vector<FitRecord>& records, con
   operation.output_ceiling = operation.output_quantum = Vector::Zero(p);
   for (std::size_t i = 0; i < records.size(); ++i) {
     const FitRecord& record = records[i];
-    const Vector start = initial_states.empty() ? Vector() : initial_states[i];
+    const InitialState start = initial_states.empty() ? InitialState() : initial_states[i];
     if (!visit_record(plant, record, start, seen)) return false;
     const Index N = record.drive.cols();
     operation.drive_peak = operation.drive_peak.cwiseMax(record.drive.cwiseAbs().rowwise().maxCoeff());

@@ -34,7 +34,7 @@ struct Operation {
 /// @param records measured outputs are read for `output_ceiling` alone
 /// @param initial_states as of a fit of these records; none: from rest in equilibrium. False if a simulation fails.
 /// Cost: one simulation of every record, and a sort of every channel.
-bool operation_of(const Plant& plant, const std::vector<FitRecord>& records, const std::vector<Vector>& initial_states,
-                  Operation& operation);
+bool operation_of(const Plant& plant, const std::vector<FitRecord>& records,
+                  const std::vector<InitialState>& initial_states, Operation& operation);
 
 }  // namespace wheelhop

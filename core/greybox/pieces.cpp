@@ -53,6 +53,7 @@ RecordSet in_pieces(RecordSet set, Index samples) {
       piece.signal.u = whole.signal.u.middleCols(begin, end - begin);
       piece.signal.y = whole.signal.y.middleCols(begin, end - begin);
       if (k > 0) piece.signal.skip = 0;
+      if (k > 0) piece.start = {};
       piece.first += begin;
       piece.rows = end - begin;
       const std::string number = fmt::format("#{}", k + 1);

@@ -27,6 +27,7 @@ constexpr std::size_t kGroups = 4;       // of the columns of a Jacobian: each g
 constexpr double kAtOnceBytes = 2.56e8;  // of columns that are computed beside one another, where all are not kept
 constexpr Index kLeastAtOnce = 16;       // whatever their size: a further pass simulates the plant once more
 constexpr double kForgotten = 14;        // e-folds after which an initial state counts as forgotten
+constexpr double kLeastMemory = 1e-12;   // scale of a memory that never moves, in its unit
 
 /// Values a parameter may take: its range and the start itself; of one that is known within a tolerance, on the side of
 /// 0 where it is known to lie.
@@ -108,8 +109,8 @@ bool residual_of(const Simulation& result, const FitRecord& record, VectorRef r)
 }
 
 /// r of all records one after the other, simulated side by side. False if a simulation failed.
-bool run_records(const Plant& plant, const std::vector<FitRecord>& records, const std::vector<Vector>& initial_states,
-                 VectorRef r) {
+bool run_records(const Plant& plant, const std::vector<FitRecord>& records,
+                 const std::vector<InitialState>& initial_states, VectorRef r) {
   std::vector<Matrix> drives;
   std::vector<SimulationTask> tasks;
   drives.reserve(records.size());
@@ -130,8 +131,12 @@ bool run_records(const Plant& plant, const std::vector<FitRecord>& records, cons
 class PlantProblem final : public ResidualProblem {
  public:
   PlantProblem(const Plant& plant, const std::vector<FitParameter>& parameters, const std::vector<FitRecord>& records,
-               ConstVectorRef state_scale)
+               ConstVectorRef state_scale, const Vector& memory_scale = {})
       : plant_(unquantised(plant)), parameters_(parameters), records_(records), state_scale_(state_scale) {
+    motions_ = state_scale.size();
+    state_scale_.conservativeResize(motions_ + memory_scale.size());
+    state_scale_.tail(memory_scale.size()) = memory_scale;
+    if (memory_scale.size() > 0) memory_names_ = memory_names(plant_);
     const double infinity = std::numeric_limits<double>::infinity();
     box_ = {Vector::Constant(this->parameters(), -infinity), Vector::Constant(this->parameters(), infinity)};
     const Box of_parameters = bounds(plant_, parameters_);
@@ -162,7 +167,7 @@ class PlantProblem final : public ResidualProblem {
   bool residual(ConstVectorRef theta, VectorRef r) const override {
     Plant plant;
     if (!place(theta, plant)) return false;
-    std::vector<Vector> states;
+    std::vector<InitialState> states;
     for (std::size_t i = 0; i < records_.size(); ++i) states.push_back(initial_state(theta, i));
     return run_records(plant, records_, states, r);
   }
@@ -233,8 +238,13 @@ class PlantProblem final : public ResidualProblem {
     return true;
   }
 
-  Vector initial_state(ConstVectorRef theta, std::size_t record) const {
-    return theta.segment(moved() + states() * static_cast<Index>(record), states()).cwiseProduct(state_scale_);
+  InitialState initial_state(ConstVectorRef theta, std::size_t record) const {
+    const Vector whole =
+        theta.segment(moved() + states() * static_cast<Index>(record), states()).cwiseProduct(state_scale_);
+    InitialState state(whole.head(motions_));
+    for (std::size_t k = 0; k < memory_names_.size(); ++k)
+      state.memories.emplace_back(memory_names_[k], whole(motions_ + static_cast<Index>(k)));
+    return state;
   }
 
  private:
@@ -245,9 +255,11 @@ class PlantProblem final : public ResidualProblem {
   }
 
   bool known_column(Index j, MatrixRef J) const {
-    const Index known = other_->theta.size();
-    if (j >= known && j < moved()) return false;
-    J.col(j) = other_->jacobian.col(j < known ? j : j - moved() + known);
+    const Index known = other_->theta.size(), state = j - moved();
+    if (j >= known && state < 0) return false;
+    // The other fit's plant may have other laws with memory.
+    if (state >= motions_ && memory_names(other_->plant) != memory_names_) return false;
+    J.col(j) = other_->jacobian.col(j < known ? j : state + known);
     return true;
   }
 
@@ -274,8 +286,12 @@ class PlantProblem final : public ResidualProblem {
         const Index j = open[k];
         Variation variation{.step = step};
         if (j >= moved()) {
-          Vector change = Vector::Zero(states());
-          change(j - moved()) = state_scale_(j - moved());
+          const Index state = j - moved();
+          InitialState change(Vector(Vector::Zero(motions_)));
+          if (state < motions_)
+            change.motion(state) = state_scale_(state);
+          else
+            change.memories = {{memory_names_[static_cast<std::size_t>(state - motions_)], state_scale_(state)}};
           variation.initial = whole_state(plant, change);
           variation.kept_samples = remembered_samples(plant_, record, memory_s_);
         } else if (neighbour(theta, j, step, neighbours[k])) {
@@ -306,7 +322,9 @@ class PlantProblem final : public ResidualProblem {
   Plant plant_;
   std::vector<FitParameter> parameters_;
   std::vector<FitRecord> records_;
-  Vector state_scale_;
+  Vector state_scale_;                     // [q; v; z]
+  Index motions_ = 0;                      // of these, [q; v]
+  std::vector<std::string> memory_names_;  // of those that are free
   Box box_;
   double memory_s_ = 0;
   std::vector<Index> first_;
@@ -344,12 +362,73 @@ bool typical_states(const Plant& plant, const std::vector<FitRecord>& records, V
     start.segment(n2 * static_cast<Index>(i), n2) = rest;
     if (n2 > 0 && never_moves(records[i].drive))
       scale = scale.cwiseMax((free_start(plant, records[i], rest) - rest).cwiseAbs());
+    for (const auto& [state, value] : known_states(plant, records[i].start, rest))
+      scale(state) = std::max(scale(state), std::abs(value - rest(state)));
   }
   if (n2 == 0) return true;  // all nodes are held
   // A mass that never moves still needs a scale.
   scale = scale.cwiseMax(1e-9 + 1e-6 * scale.maxCoeff());
   start = start.cwiseQuotient(scale.replicate(static_cast<Index>(records.size()), 1));
   return true;
+}
+
+/// What a memory of this plant is in size under its drives, seen in a simulation from given states; not known where
+/// that fails.
+Vector typical_memories(const Plant& plant, const std::vector<FitRecord>& records,
+                        const std::vector<InitialState>& initial_states) {
+  const auto count = static_cast<Index>(memory_names(plant).size());
+  Vector scale = Vector::Zero(count);
+  for (std::size_t i = 0; i < records.size() && count > 0; ++i) {
+    const Simulation run =
+        simulate_measured(plant, records[i].drive, run_options(plant, records[i], initial_states[i]));
+    if (run.status != Status::ok) return {};
+    scale = scale.cwiseMax(rms(run.states.bottomRows(count)));
+  }
+  return scale.cwiseMax(kLeastMemory);
+}
+
+/// Rest in equilibrium of each record of a fit.
+std::vector<InitialState> at_rest(const PlantFit& fit, std::size_t records) {
+  std::vector<InitialState> list;
+  const Index states = fit.state_scale.size();
+  for (std::size_t i = 0; i < records; ++i)
+    list.emplace_back(
+        Vector(fit.states_at_rest.segment(states * static_cast<Index>(i), states).cwiseProduct(fit.state_scale)));
+  return list;
+}
+
+/// Initial states as a problem counts them: of each record [q; v], then its memories, in their scales.
+Vector packed(const PlantFit& fit, const std::vector<InitialState>& list) {
+  const Index motions = fit.state_scale.size(), memories = fit.memory_scale.size();
+  Vector all((motions + memories) * static_cast<Index>(list.size()));
+  Index filled = 0;
+  for (const InitialState& state : list) {
+    all.segment(filled, motions) = state.motion.cwiseQuotient(fit.state_scale);
+    filled += motions;
+    if (memories == 0) continue;
+    all.segment(filled, memories) = memories_of(fit.plant, state).cwiseQuotient(fit.memory_scale);
+    filled += memories;
+  }
+  return all;
+}
+
+/// Initial states that records tell are where these say, and stay there.
+/// @param mean, start, precision as `packed`
+void hold_known(const PlantFit& fit, const std::vector<FitRecord>& records, Vector& mean, Vector& start,
+                Vector& precision) {
+  const Index motions = fit.state_scale.size(), own = motions + fit.memory_scale.size();
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Index first = own * static_cast<Index>(i);
+    const auto hold = [&](Index state, double value) {
+      mean(first + state) = start(first + state) = value;
+      precision(first + state) = fit.dispersion / (kKnownSpread * kKnownSpread);
+    };
+    const Vector rest = fit.states_at_rest.segment(motions * static_cast<Index>(i), motions);
+    for (const auto& [state, value] : known_states(fit.plant, records[i].start, rest.cwiseProduct(fit.state_scale)))
+      hold(state, value / fit.state_scale(state));
+    if (records[i].start.rest)
+      for (Index state = motions; state < own; ++state) hold(state, 0);
+  }
 }
 
 /// Adds operating points of a record, evenly over the samples that are scored.
@@ -396,8 +475,9 @@ std::vector<FitParameter> tolerance_parameters(const Plant& plant) {
 }
 
 std::unique_ptr<ResidualProblem> plant_problem(const Plant& plant, const std::vector<FitParameter>& parameters,
-                                               const std::vector<FitRecord>& records, ConstVectorRef state_scale) {
-  return std::make_unique<PlantProblem>(plant, parameters, records, state_scale);
+                                               const std::vector<FitRecord>& records, ConstVectorRef state_scale,
+                                               const Vector& memory_scale) {
+  return std::make_unique<PlantProblem>(plant, parameters, records, state_scale, memory_scale);
 }
 
 bool record_derivatives(const Plant& plant, const std::vector<FitParameter>& parameters, const FitRecord& record,
@@ -412,7 +492,7 @@ bool record_derivatives(const Plant& plant, const std::vector<FitParameter>& par
 }
 
 bool plant_residual(const Plant& plant, const std::vector<FitRecord>& records,
-                    const std::vector<Vector>& initial_states, Vector& residual) {
+                    const std::vector<InitialState>& initial_states, Vector& residual) {
   Index total = 0;
   for (const FitRecord& record : records) total += record.y.rows() * (record.y.cols() - record.skip);
   residual.resize(total);
@@ -423,37 +503,40 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
                    const std::vector<FitRecord>& records, const Solver& solver, const FitOptions& options) {
   PlantFit fit;
   fit.plant = plant;
-  Vector start;
+  std::vector<InitialState> begin;
   if (options.from) {
     fit.state_scale = options.from->state_scale;
     fit.states_at_rest = options.from->states_at_rest;
-    start.resize(fit.states_at_rest.size());
-    for (std::size_t i = 0; i < records.size(); ++i)
-      start.segment(fit.state_scale.size() * static_cast<Index>(i), fit.state_scale.size()) =
-          options.from->initial_states[i].cwiseQuotient(fit.state_scale);
-  } else if (!typical_states(plant, records, fit.state_scale, fit.states_at_rest)) {
+    begin.assign(options.from->initial_states.begin(),
+                 options.from->initial_states.begin() + static_cast<std::ptrdiff_t>(records.size()));
+  } else if (typical_states(plant, records, fit.state_scale, fit.states_at_rest)) {
+    begin = at_rest(fit, records.size());
+  } else {
     fit.solution.status = Status::outside_domain;
     fit.solution.message = "the plant as delivered cannot follow the drive";
     return fit;
   }
+  const bool same = options.from && memory_names(options.from->plant) == memory_names(plant);
+  fit.memory_scale = same ? options.from->memory_scale : typical_memories(plant, records, begin);
   fit.dispersion = records.empty() ? 1 : records.front().dispersion;
-  const Vector state_precision =
-      Vector::Constant(fit.states_at_rest.size(), fit.dispersion / (kStateSpread * kStateSpread));
+  Vector rest = packed(fit, at_rest(fit, records.size())), start = packed(fit, begin);
+  Vector state_precision = Vector::Constant(start.size(), fit.dispersion / (kStateSpread * kStateSpread));
+  hold_known(fit, records, rest, start, state_precision);
   if (!options.from) {
     // The start of a record says little of the state there, and a wrong plant would bend it: it stays among those that
     // the drive makes.
-    start = fit.states_at_rest;
-    const PlantProblem states_alone(plant, {}, remembered_part(plant, records), fit.state_scale);
+    const PlantProblem states_alone(plant, {}, remembered_part(plant, records), fit.state_scale, fit.memory_scale);
     const Solution first = solved(solver, *with_prior(states_alone, start, state_precision), start, options.iterations);
     if (first.status != Status::outside_domain) start = first.theta;
   }
   const bool states_only = parameters.empty();
-  PlantProblem problem(plant, parameters, states_only ? remembered_part(plant, records) : records, fit.state_scale);
+  PlantProblem problem(plant, parameters, states_only ? remembered_part(plant, records) : records, fit.state_scale,
+                       fit.memory_scale);
   const Index moved = problem.moved();
   Vector theta(problem.parameters()), mean = Vector::Zero(problem.parameters());
   theta << (options.theta.size() == moved ? options.theta : Vector(Vector::Zero(moved))), start;
   theta = clamped(theta, problem.box());
-  mean.tail(start.size()) = fit.states_at_rest;
+  mean.tail(start.size()) = rest;
   fit.precision = Vector::Zero(problem.parameters());
   fit.precision.tail(start.size()) = state_precision;
   for (Index i = 0; i < moved; ++i) {
@@ -466,6 +549,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
   if (fit.solution.status == Status::outside_domain) return fit;
   theta = fit.solution.theta;
   fit.theta = theta.head(moved);
+  fit.deviation = theta - mean;
   move_parameters(fit.plant, parameters, fit.theta);
   for (std::size_t i = 0; i < records.size(); ++i) {
     const FitRecord& record = records[i];
@@ -493,12 +577,10 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
 
 bool linearise(PlantFit& fit, const std::vector<FitParameter>& parameters, const std::vector<FitRecord>& records) {
   // About the fitted plant the parameters count from zero, in the same scales.
-  const PlantProblem problem(fit.plant, parameters, records, fit.state_scale);
+  const PlantProblem problem(fit.plant, parameters, records, fit.state_scale, fit.memory_scale);
   const Index moved = problem.moved();
-  Vector theta = Vector::Zero(problem.parameters());
-  for (std::size_t i = 0; i < records.size(); ++i)
-    theta.segment(moved + problem.states() * static_cast<Index>(i), problem.states()) =
-        fit.initial_states[i].cwiseQuotient(fit.state_scale);
+  Vector theta(problem.parameters());
+  theta << Vector::Zero(moved), packed(fit, fit.initial_states);
   fit.layout = problem.layout();
   fit.jacobian.resize(problem.residuals(), fit.layout.stored());
   if (!problem.stored_jacobian(theta, fit.residual, fit.jacobian)) return false;

@@ -17,6 +17,9 @@ namespace wheelhop {
 inline constexpr double kFarthest = 15;
 /// Prior of an initial state around rest, in RMS values of the states under the drive.
 inline constexpr double kStateSpread = 3;
+/// The same of an initial state that a record's `start` tells, around what it tells: a judgement, within which the fit
+/// counts it as known.
+inline constexpr double kKnownSpread = 1e-3;
 /// Tolerances from which a parameter has stopped there.
 inline constexpr double kAtEnd = 0.99 * kFarthest;
 
@@ -34,14 +37,15 @@ struct FitParameter {
 std::vector<FitParameter> tolerance_parameters(const Plant& plant);
 
 /// r = (yhat_k - y_k) ./ weight_std over all records, readings not rounded (rounding has no derivative). theta: the
-/// parameters in units of their scale, then the initial state [q; v] of each record in units of `state_scale`.
-/// Derivatives by `Tangent`, beside one simulation of every record; an initial state is followed in its own record
-/// alone, and as far as the plant's slowest mode remembers it. Records run side by side. Outside the domain: a
-/// simulation that fails, a mass that is not positive, a parameter outside its range, or one with a tolerance across
-/// zero.
-/// @param plant the start   @param state_scale 2n, > 0
+/// parameters in units of their scale, then the initial state of each record: [q; v] in units of `state_scale`, then
+/// the memories of the plant's laws in units of `memory_scale`. Derivatives by `Tangent`, beside one simulation of
+/// every record; an initial state is followed in its own record alone, and as far as the plant's slowest mode remembers
+/// it. Records run side by side. Outside the domain: a simulation that fails, a mass that is not positive, a parameter
+/// outside its range, or one with a tolerance across zero.
+/// @param plant the start   @param state_scale 2n, > 0   @param memory_scale s, > 0, or empty: memories start at rest
 std::unique_ptr<ResidualProblem> plant_problem(const Plant& plant, const std::vector<FitParameter>& parameters,
-                                               const std::vector<FitRecord>& records, ConstVectorRef state_scale);
+                                               const std::vector<FitRecord>& records, ConstVectorRef state_scale,
+                                               const Vector& memory_scale = {});
 
 /// Takes a column of a Jacobian: its number, and its values p x scored samples.
 using PutColumn = std::function<void(Index column, const Matrix& values)>;
@@ -55,7 +59,7 @@ bool record_derivatives(const Plant& plant, const std::vector<FitParameter>& par
 
 /// The residuals of plant_problem for a plant and given initial states. False where a simulation fails.
 bool plant_residual(const Plant& plant, const std::vector<FitRecord>& records,
-                    const std::vector<Vector>& initial_states, Vector& residual);
+                    const std::vector<InitialState>& initial_states, Vector& residual);
 
 struct PlantFit {
   Solution solution;                   ///< cost includes the priors'
@@ -70,10 +74,13 @@ struct PlantFit {
   Matrix covariance;                   ///< of theta: dispersion (J'J + precision)^-1, initial states marginalised.
                                        ///< Likewise
   Vector state_scale, states_at_rest;  ///< 2n, and 2n a record in these: RMS under the drive, and rest in equilibrium
-  std::vector<Vector> initial_states;  ///< 2n a record
-  std::vector<Matrix> error;           ///< yhat - y a record, p x N, in the units of the outputs; empty if a run failed
-  double misfit = 0;                   ///< mean of r^2 over the scored samples: 1 at the floor
-  Matrix visited;                      ///< (N + m) x K, some states of the plant and inputs that the records led it to
+  Vector memory_scale;                 ///< s, RMS of the laws' internal states under the drive
+  std::vector<InitialState> initial_states;  ///< one a record
+  /// By how far theta, and of each record its initial state, lie from the means of their priors, in their scales.
+  Vector deviation;
+  std::vector<Matrix> error;  ///< yhat - y a record, p x N, in the units of the outputs; empty if a run failed
+  double misfit = 0;          ///< mean of r^2 over the scored samples: 1 at the floor
+  Matrix visited;             ///< (N + m) x K, some states of the plant and inputs that the records led it to
 };
 
 struct FitOptions {
@@ -87,7 +94,8 @@ struct FitOptions {
 };
 
 /// Minimises sum r^2 + dispersion (sum (theta / prior_std)^2 + that of the initial states) over parameters and initial
-/// states, the latter with a prior of three RMS values around rest; in a record whose drive never moves, of three times
+/// states, the latter, memories included, with a prior of three RMS values around rest, and of a thousandth around what
+/// a record's start tells; in a record whose drive never moves, of three times
 /// the linear estimate of its initial state. Without `from` these start from rest in equilibrium and are fitted first
 /// and alone. Status in `solution`: as the solver; outside_domain if the start plant cannot follow the drive at all,
 /// `error` is empty then.

@@ -44,6 +44,16 @@ void visit_paths(AnyPlant& plant, bool all, Visit visit) {
   in("timebase.", "timebase")("clock_skew", "-", plant.clock_skew, 0, Range{});
 }
 
+/// "suspension.viscous_damper", or "suspension.viscous_damper[2]" of a second law of one kind.
+std::string law_name(const Element& element, std::size_t law) {
+  const LawKind* kind = element.laws[law].kind;
+  int occurrence = 1;
+  for (std::size_t j = 0; j < law; ++j) occurrence += element.laws[j].kind == kind;
+  std::string name = element.name + "." + kind->name;
+  if (occurrence > 1) name += fmt::format("[{}]", occurrence);
+  return name;
+}
+
 /// Calls visit(name, location, unit, value, tolerance, range) for every scalar that a fit may move.
 template <class AnyPlant, class Visit>
 void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
@@ -52,10 +62,7 @@ void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
   for (auto& element : plant.elements) {
     for (std::size_t i = 0; i < element.laws.size(); ++i) {
       auto& law = element.laws[i];
-      int occurrence = 1;
-      for (std::size_t j = 0; j < i; ++j) occurrence += element.laws[j].kind == law.kind;
-      std::string prefix = element.name + "." + law.kind->name;
-      if (occurrence > 1) prefix += fmt::format("[{}]", occurrence);
+      const std::string prefix = law_name(element, i);
       const std::vector<std::string> names = law.parameter_names();
       for (std::size_t k = 0; k < law.values.size(); ++k) {
         if (!std::isfinite(law.values[k])) continue;  // "none", e.g. no travel limit
@@ -159,6 +166,15 @@ std::vector<Channel> Plant::output_channels() const {
   std::vector<Channel> channels;
   for (const Sensor& sensor : sensors) channels.push_back({sensor.name, sensor.unit});
   return channels;
+}
+
+std::vector<std::string> memory_names(const Plant& plant) {
+  std::vector<std::string> names;
+  for (const Element& element : plant.elements)
+    for (std::size_t i = 0; i < element.laws.size(); ++i)
+      for (int k = 1; k <= element.laws[i].states(); ++k)
+        names.push_back(fmt::format("{}.z_{}", law_name(element, i), k));
+  return names;
 }
 
 std::vector<PlantParameter> plant_parameters(const Plant& plant) {

@@ -148,6 +148,9 @@ struct PlantParameter {
   bool follows = false;
 };
 
+/// Names of the internal states of all laws, in the order in which simulations keep them: "suspension.bouc_wen.z_1".
+std::vector<std::string> memory_names(const Plant& plant);
+
 /// All masses, then all finite law parameters in the order of the file, then the loads, then what the paths hold beside
 /// the ideal.
 std::vector<PlantParameter> plant_parameters(const Plant& plant);

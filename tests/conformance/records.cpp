@@ -73,6 +73,32 @@ TEST_CASE("records are loaded by channel name, in the order asked for, with rang
   CHECK(r.with_role("estimation")[0]->first == 10);
 }
 
+TEST_CASE("a set or a record tells how it starts, and what is written reads back") {
+  const Set set(record_text(100, 200));
+  CHECK(set.with(R"("range": [0, 50])").records[0].start == KnownStart{});
+  CHECK(set.with(R"("start": "free")").records[0].start == KnownStart{});
+  CHECK(set.with(R"("start": "rest")").records[0].start == KnownStart{true, {}, {}});
+  const KnownStart given{false, {{"body", 0.01}}, {{"body", -0.2}, {"wheel", 0}}};
+  const RecordSet read = set.load(R"({"sampling_hz": 200, "start": "rest", "records": [
+      {"file": "a.csv", "role": "estimation"},
+      {"file": "a.csv", "role": "validation", "start": {"displacement_m": {"body": 0.01},
+       "velocity_m_per_s": {"body": -0.2, "wheel": 0}}}]})");
+  CHECK(read.records[0].start.rest);
+  CHECK(read.records[1].start == given);
+  RecordSet written = read;
+  for (Record& record : written.records) record.file.clear();
+  const test::Folder other;
+  write_records(other.path(), written);
+  const RecordSet again = load_records(other / "records.json", kInputs, kOutputs);
+  CHECK(again.records[0].start == read.records[0].start);
+  CHECK(again.records[1].start == given);
+  CHECK_THROWS_WITH(set.with(R"("start": "resting")"), Contains("$.records[0].start: expected a known name"));
+  CHECK_THROWS_WITH(set.with(R"("start": {"displacement": {}})"), Contains("$.records[0].start.displacement"));
+  CHECK_THROWS_WITH(set.with(R"("start": {"displacement_m": {"body": "1"}})"),
+                    Contains("$.records[0].start.displacement_m.body: expected a number"));
+  CHECK_THROWS_WITH(set.with(R"("start": {"displacement_m": 3})"), Contains("an object of numbers by mass"));
+}
+
 TEST_CASE("a missing column names the file and the columns that are there") {
   const Set set("t,roda,acc,travel\n0,1,2,3\n0.005,1,2,3\n");
   CHECK_THROWS_WITH(
@@ -185,7 +211,7 @@ TEST_CASE("every mistake in records.json is named with its path") {
           "b.csv: cannot read: No such file");
   refused(R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimation", "skip": 3}]})",
           "$.records[0].skip: expected a known name, found \"skip\"; known names: file, role, repeat_of, skip_initial, "
-          "range, columns, format, time, lost_samples; did you mean \"skip_initial\"?");
+          "range, columns, format, time, lost_samples, start; did you mean \"skip_initial\"?");
   refused(R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimation"}], "noise": 1})",
           "$.noise: expected a known name");
   refused(R"({"sampling_hz": 200, "records": [{"file": "a.csv", "role": "estimation"}], "noise_std": {"ac": 1}})",

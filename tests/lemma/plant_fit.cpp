@@ -261,7 +261,7 @@ TEST_CASE("an initial state is found in the part of a record that remembers it, 
     CHECK(fit.misfit == Approx(1).epsilon(0.1));
     // The step that the whole record would still ask for, in standard deviations.
     const auto problem = plant_problem(plant, {}, {m.record}, fit.state_scale);
-    const Vector theta = fit.initial_states[0].cwiseQuotient(fit.state_scale);
+    const Vector theta = fit.initial_states[0].motion.cwiseQuotient(fit.state_scale);
     Vector r(problem->residuals());
     Matrix J(problem->residuals(), problem->parameters());
     REQUIRE(problem->jacobian(theta, r, J));
@@ -271,6 +271,113 @@ TEST_CASE("an initial state is found in the part of a record that remembers it, 
     const Matrix covariance = solve(H, Matrix::Identity(4, 4));
     for (Index i = 0; i < 4; ++i) CHECK(std::abs(step(i)) < 1e-2 * std::sqrt(covariance(i, i)));
   }
+}
+
+TEST_CASE("internal states have names in the order in which simulations keep them") {
+  Plant plant = plant_from(quarter_car_text);
+  plant.elements[0].laws.insert(plant.elements[0].laws.begin(), {find_law("maxwell_branch"), {4000, 0.05}});
+  plant.elements[0].laws.push_back({find_law("bouc_wen"), {60, 0.001, 1, 0.5, 0, 0, 0.1}});
+  plant.elements[1].laws.push_back({find_law("bouc_wen"), {80, 0.001, 1, 0.5, 0, 0, 0.1}});
+  plant.elements[0].laws.push_back({find_law("bouc_wen"), {50, 0.002, 1, 0.5, 0, 0, 0.1}});
+  for (const Element& element : plant.elements)
+    plant.sensors.push_back({element.name + "_n", SensorKind::force, "", "", "N", {}, element.name});
+  const std::vector<std::string> names = memory_names(plant);
+  CHECK(names == std::vector<std::string>{"suspension.maxwell_branch.z_1", "suspension.bouc_wen.z_1",
+                                          "suspension.bouc_wen[2].z_1", "tyre.bouc_wen.z_1"});
+  const std::vector<double> force = {-1, 60 * 0.3, 50 * 0.3, 80 * 0.3};  // that of Maxwell's branch is not asked for
+  FitRecord record;
+  record.drive = Matrix::Zero(1, 5);
+  record.y = Matrix::Zero(plant.sensor_count(), 5);
+  for (std::size_t k = 1; k < names.size(); ++k) {
+    InitialState start(Vector(Vector::Zero(4)));
+    start.memories = {{names[k], 0.3}};
+    CHECK(memories_of(plant, start) == 0.3 * Vector::Unit(4, static_cast<Index>(k)));
+    const Simulation run = simulate(plant, record.drive, run_options(plant, record, start));
+    REQUIRE(run.status == Status::ok);
+    const bool at_tyre = names[k].rfind("tyre", 0) == 0;
+    CHECK(run.outputs(at_tyre ? 4 : 3, 0) == Approx(force[k]));
+    CHECK(run.outputs(at_tyre ? 3 : 4, 0) == Approx(0).margin(1e-9));
+  }
+  // Another plant takes what it knows.
+  Plant other = plant;
+  other.elements[0].laws.erase(other.elements[0].laws.begin());
+  InitialState start(Vector(Vector::Zero(4)));
+  for (std::size_t k = 0; k < names.size(); ++k) start.memories.emplace_back(names[k], static_cast<double>(k));
+  CHECK(memories_of(other, start) == (Vector(3) << 1, 2, 3).finished());
+}
+
+TEST_CASE("memories of laws are found where a record begins in the middle of a motion, with their derivatives") {
+  Plant plant = plant_from(quarter_car_text);
+  plant.elements[0].laws.push_back({find_law("bouc_wen"), {300, 0.004, 1, 0.5, 0, 0, 0.1}});
+  plant.elements[1].laws.push_back({find_law("maxwell_branch"), {40000, 0.02}});
+  const std::vector<std::string> names = memory_names(plant);
+  REQUIRE(names.size() == 2);
+  Measurement m = measure(plant, 8, 0.003, 0.01, 526);
+  const Index cut = 300;
+  const Simulation whole = simulate_measured(plant, m.record.drive, run_options(plant, m.record));
+  const Vector there = whole.states.col(cut);
+  m.record.drive = m.record.drive.rightCols(m.record.drive.cols() - cut * m.record.ratio).eval();
+  m.record.y = m.record.y.rightCols(m.record.y.cols() - cut).eval();
+  const auto solver = make_levenberg_marquardt({});
+  PlantFit fit = fit_plant(plant, {}, {m.record}, *solver, {.iterations = 30, .linearise = false});
+  REQUIRE(fit.solution.status == Status::ok);
+  CHECK(fit.misfit == Approx(1).epsilon(0.05));
+  REQUIRE(linearise(fit, {}, {m.record}));
+  REQUIRE(fit.jacobian.cols() == 6);
+  const Matrix H = fit.jacobian.transpose() * fit.jacobian + Matrix(fit.precision.asDiagonal());
+  const Matrix covariance = solve(H, Matrix::Identity(6, 6));
+  const Vector found = memories_of(plant, fit.initial_states[0]);
+  for (Index k = 0; k < 2; ++k) {
+    const double std = std::sqrt(covariance(4 + k, 4 + k)) * fit.memory_scale(k);
+    CAPTURE(names[static_cast<std::size_t>(k)], found(k), there(4 + k), std);
+    CHECK(std::abs(found(k) - there(4 + k)) < 4 * std);
+    CHECK(std < fit.memory_scale(k));  // the readings tell it, and not its prior alone
+  }
+  // The column of each memory against a difference of simulations.
+  for (Index k = 0; k < 2; ++k) {
+    const double step = 1e-4 * fit.memory_scale(k);
+    Vector above, below;
+    std::vector<InitialState> moved = fit.initial_states;
+    moved[0].memories[static_cast<std::size_t>(k)].second += step;
+    REQUIRE(plant_residual(plant, {m.record}, moved, above));
+    moved[0].memories[static_cast<std::size_t>(k)].second -= 2 * step;
+    REQUIRE(plant_residual(plant, {m.record}, moved, below));
+    const Vector difference = (above - below) / (2e-4);
+    CHECK((fit.jacobian.col(4 + k) - difference).norm() < 2e-3 * difference.norm());
+  }
+  // With memories at rest the start is missed.
+  InitialState still = fit.initial_states[0];
+  still.memories.clear();
+  Vector r;
+  REQUIRE(plant_residual(plant, {m.record}, {still}, r));
+  CHECK(r.squaredNorm() > 1.2 * fit.residual.squaredNorm());
+}
+
+TEST_CASE("what a record tells of its start is not moved, and what it does not tell is found") {
+  Plant plant = plant_from(quarter_car_text);
+  plant.elements[0].laws.push_back({find_law("bouc_wen"), {100, 0.002, 1, 0.5, 0, 0, 0.1}});
+  const auto solver = make_levenberg_marquardt({});
+  Measurement m = measure(plant, 4, 0.004, 0.3, 527);  // so noisy that a free start would be anywhere
+  FitRecord& record = m.record;
+  const auto start_of = [&](const KnownStart& start) {
+    record.start = start;
+    const PlantFit fit = fit_plant(plant, {}, {record}, *solver, {.iterations = 30});
+    REQUIRE(fit.solution.status == Status::ok);
+    Vector whole(5);
+    whole << fit.initial_states[0].motion.cwiseQuotient(fit.state_scale),
+        memories_of(plant, fit.initial_states[0]).cwiseQuotient(fit.memory_scale);
+    return whole;
+  };
+  const Vector free = start_of({}), rest = start_of({.rest = true});
+  CHECK(rest.norm() < 5e-3);
+  CHECK(free.norm() > 0.03);
+  const double scale = fit_plant(plant, {}, {record}, *solver, {.iterations = 1}).state_scale(0);
+  const Vector given = start_of({false, {{"body", 2 * scale}}, {{"wheel", 0}}});
+  CHECK(given(0) == Approx(2).epsilon(5e-3));
+  CHECK(std::abs(given(3)) < 5e-3);
+  CHECK(std::abs(given(2)) > 0.1);  // the speed of the body is free, and makes up for the wrong displacement
+  CHECK_THROWS_WITH(start_of({false, {{"bdy", 1}}, {}}),
+                    Catch::Contains("expected a mass of the plant (body, wheel), found \"bdy\""));
 }
 
 TEST_CASE("the Jacobian of several records is stored without the columns of other records' states, which are zero") {

@@ -73,7 +73,7 @@ bool looks_repeated(const Record& first, const Record& other) {
 /// Records that are averaged: said to be repeats in one role, whose drives are the same.
 std::vector<Repeats> averaged(const RecordSet& set) {
   return grouped(set, [](const Record& first, const Record& other) {
-    return said_to_repeat(first, other) && first.role == other.role &&
+    return said_to_repeat(first, other) && first.role == other.role && first.start == other.start &&
            difference_of(first.signal, other.signal).share <= kSameDrive;
   });
 }
@@ -188,6 +188,7 @@ std::vector<Measured> merge_repeats(const RecordSet& set) {
     measured.signal.y = mean_of(group, &Signal::y);
     measured.signal.skip = skip_of(group);
     for (Index i = 0; i < measured.quantum.size(); ++i) measured.quantum(i) = lattice_step(first.signal.y.row(i));
+    measured.start = first.start;
     merged.push_back(std::move(measured));
   }
   return merged;

@@ -38,6 +38,7 @@ struct Measured {
   Signal signal;      ///< inputs and outputs averaged over the repeats
   Index repeats = 1;  ///< the noise of the mean is floor / sqrt(repeats)
   Vector quantum;     ///< p, step of the lattice on which a single record's values lie; 0: none seen
+  KnownStart start = {};
 };
 
 /// The records of a set that have one drive, in whatever role: those of one `repeat_of`, and those of one length
@@ -49,8 +50,8 @@ std::vector<Repeats> repeats_of(const RecordSet& set);
 /// What does not repeat, y - mean of the group, of each record, p x the samples that all of them score.
 std::vector<Matrix> noise_of_repeats(const Repeats& group);
 
-/// Averages the records of one role and `repeat_of` whose inputs differ by at most 5 % as above; the others stand
-/// alone. UserError as `repeats_of`.
+/// Averages the records of one role, `repeat_of` and start whose inputs differ by at most 5 % as above; the others
+/// stand alone. UserError as `repeats_of`.
 std::vector<Measured> merge_repeats(const RecordSet& set);
 
 /// The set with its outputs replaced by what a plant leaves of them, y - yhat(u) from rest, where repeats of a drive

@@ -160,25 +160,18 @@ Vector density_below(const Matrix& noise_shares, Index p, double share) {
 
 Matrix gram(const ComplexMatrix& X) { return (X.adjoint() * X).real(); }
 
-/// min over d of |z - J d|^2 and the priors of the parameters, which the fit has moved by `moved` from their means.
+/// min over d of |z - J d|^2 and the priors of the parameters, from whose means the fit lies as far as it says.
 /// @param grams of [z, J], one a record, of its stored columns
 double left_at_best(const std::vector<Matrix>& grams, const PlantFit& fit) {
   const BlockAngular layout(1 + fit.layout.common(), fit.layout.own(), fit.layout.groups(), {});
   Matrix H = Matrix::Zero(layout.columns(), layout.columns());
   for (std::size_t i = 0; i < grams.size(); ++i) layout.add_of_group(grams[i], static_cast<Index>(i), H);
-  const Index M = H.rows() - 1, states = fit.state_scale.size();
+  const Index M = H.rows() - 1;
   if (M == 0) return H(0, 0);
-  Vector moved(M);
-  moved.head(fit.theta.size()) = fit.theta;
-  for (std::size_t i = 0; i < fit.initial_states.size(); ++i) {
-    const Index from = states * static_cast<Index>(i);
-    moved.segment(fit.theta.size() + from, states) =
-        fit.initial_states[i].cwiseQuotient(fit.state_scale) - fit.states_at_rest.segment(from, states);
-  }
   Matrix A = H.bottomRightCorner(M, M);
   A.diagonal() += fit.precision;
-  const Vector pull = fit.precision.cwiseProduct(moved), b = H.col(0).tail(M) - pull;
-  return H(0, 0) + moved.dot(pull) - b.dot(Eigen::LDLT<Matrix>(A).solve(b));
+  const Vector pull = fit.precision.cwiseProduct(fit.deviation), b = H.col(0).tail(M) - pull;
+  return H(0, 0) + fit.deviation.dot(pull) - b.dot(Eigen::LDLT<Matrix>(A).solve(b));
 }
 
 /// What unknown signals at each set of places leave, over the noise, in the order of the sets.

@@ -232,6 +232,7 @@ Pieces pieces_of(const std::vector<FitRecord>& records, const PlantFit& base, In
       piece.drive = whole.drive.middleCols(begin * whole.ratio, (end - begin) * whole.ratio);
       piece.y = whole.y.middleCols(begin, end - begin);
       piece.skip = 0;
+      if (begin > 0) piece.start = {};
       out.records.push_back(std::move(piece));
       out.of.push_back(i);
       out.begin.push_back(begin);
@@ -248,10 +249,10 @@ Pieces pieces_of(const std::vector<FitRecord>& records, const PlantFit& base, In
 /// The whole plant with a candidate fitted to the records in pieces of growing length, each of which begins where the
 /// solution of the shorter ones says. @param theta in: where to begin; out: the solution of the longest
 /// @return initial states of the records
-std::vector<Vector> fit_in_pieces(const Study& study, const EffectCandidate& candidate,
-                                  const std::vector<FitParameter>& parameters, const PlantFit& base,
-                                  const std::vector<FitRecord>& records, const std::vector<Trajectory>& motion,
-                                  Vector& theta) {
+std::vector<InitialState> fit_in_pieces(const Study& study, const EffectCandidate& candidate,
+                                        const std::vector<FitParameter>& parameters, const PlantFit& base,
+                                        const std::vector<FitRecord>& records, const std::vector<Trajectory>& motion,
+                                        Vector& theta) {
   const Index n = base.plant.mass_count();
   Pieces pieces;
   for (const Index length : kPieces) {
@@ -261,7 +262,7 @@ std::vector<Vector> fit_in_pieces(const Study& study, const EffectCandidate& can
         if (pieces.of[k] == i && pieces.begin[k] == sample) return pieces.states.initial_states[k];
       Vector state(2 * n);
       state << motion[i].position.col(sample), motion[i].velocity.col(sample);
-      return state;
+      return InitialState(std::move(state));
     });
     const PlantFit fit = fit_plant(
         candidate.plant, parameters, pieces.records, study.solvers.thorough,
@@ -270,9 +271,9 @@ std::vector<Vector> fit_in_pieces(const Study& study, const EffectCandidate& can
     theta = fit.theta;
     pieces.states.initial_states = fit.initial_states;
   }
-  std::vector<Vector> first(records.size());
+  std::vector<InitialState> first(records.size());
   for (std::size_t k = 0; k < pieces.of.size(); ++k)
-    if (first[pieces.of[k]].size() == 0) first[pieces.of[k]] = pieces.states.initial_states[k];
+    if (first[pieces.of[k]].motion.size() == 0) first[pieces.of[k]] = pieces.states.initial_states[k];
   return first;
 }
 

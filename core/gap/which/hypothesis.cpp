@@ -91,7 +91,7 @@ bool fit_quickly(const Study& study, const Solver& solver, const FitOptions& fit
     const Index states = rest.state_scale.size();
     for (std::size_t i = 0; i < held_out.from->initial_states.size(); ++i)
       rest.initial_states.push_back(
-          rest.states_at_rest.segment(states * static_cast<Index>(i), states).cwiseProduct(rest.state_scale));
+          Vector(rest.states_at_rest.segment(states * static_cast<Index>(i), states).cwiseProduct(rest.state_scale)));
     FitOptions at_rest = held_out;
     at_rest.from = &rest;
     PlantFit other = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, at_rest);

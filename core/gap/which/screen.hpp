@@ -15,7 +15,7 @@ struct Screened {
   double gain = 0;            ///< expected fall of the cost 1/2 r'r; 0 where the candidate cannot be simulated
   double strength = 0;        ///< least-squares strength, in units of the candidate's typical size
   Vector retuning;            ///< by how much the base's parameters would follow an effect of typical size, in scales
-  std::vector<Vector> initial_states = {};  ///< of the first records, where known better than by the base; 2n each
+  std::vector<InitialState> initial_states = {};  ///< of the first records, where known better than by the base
 };
 
 /// What candidates change, seen in one screen and good enough for the next: a second effect is looked for in what the
