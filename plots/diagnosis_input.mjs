@@ -72,6 +72,15 @@ export function readDiagnosis(file) {
     for (const key of ['effect', 'location']) effect.get(key).text();
     effect.get('probability').number();
   }
+  const view = root.get('view');
+  view.get('heading').text();
+  for (const note of list(view.get('notes'))) note.text();
+  for (const table of view.get('tables').items()) {
+    for (const key of ['id', 'caption']) table.get(key).text();
+    const columns = table.get('columns').items().length;
+    table.get('columns').texts(columns);
+    for (const row of table.get('rows').items()) row.texts(columns);
+  }
   const figures = readJson(figuresBeside(file));
   figures.get('schema').equals('wheelhop.diagnosis_figures/1');
   checkSegment(figures.get('segment'));

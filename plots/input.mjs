@@ -44,6 +44,11 @@ export class Place {
     if (typeof this.value !== 'string' || this.value === '') this.fail('a text');
     return this.value;
   }
+  /** So many texts, of which some may be empty. */
+  texts(length) {
+    if (!Array.isArray(this.value) || this.value.length !== length || this.value.some((one) => typeof one !== 'string')) this.fail(`${length} texts`);
+    return this.value;
+  }
   number() {
     if (!Number.isFinite(this.value)) this.fail('a number');
     return this.value;

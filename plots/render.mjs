@@ -58,7 +58,7 @@ async function drawDiagnosis(file, out = file.replace(/\.[^./\\]*$/, '') + '.htm
   const drawn = [];
   for (const { name, title, caption, spec } of diagnosisFigures(diagnosis, figures))
     drawn.push({ name, title, caption, svg: await drawSvg(spec, name, title, caption) });
-  writeAll([[out, diagnosisPage(diagnosis, figures, drawn)]]);
+  writeAll([[out, diagnosisPage(diagnosis, drawn)]]);
 }
 
 async function drawSweep(directory, out = join(directory, 'report.html')) {

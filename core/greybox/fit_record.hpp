@@ -76,15 +76,15 @@ bool never_moves(ConstMatrixRef drive);
 /// are held is returned as it is. Cost: a simulation of the records for each rate that is tried.
 Plant with_drive_rate(Plant plant, const RecordSet& set);
 
-/// First sample of a record that a fit counts. Memories of laws start at rest where the record does although the rig
-/// was moving, and an accelerometer sees it: a damper without its memory costs the first sample more than the rest of a
-/// small gap. A twentieth of a block of a long record is left out, no more, since the rest has to tell the initial
+/// First sample of a record that a fit counts. The masses that an effect adds, and the lags of drives and sensors, start
+/// as if the rig had been at rest although it was moving, and no fit finds their states: an accelerometer may see that
+/// in the first samples more than the rest of a small gap. A twentieth of a block of a long record is left out, no more, since the rest has to tell the initial
 /// state.
 /// @param block samples; of a record of fewer than eight blocks all count
 Index fitted_from(const FitRecord& record, Index block);
 
-/// First sample of a record that says how well a plant does: the first block of a long record does not. Memories of
-/// laws and the masses of an effect start at rest there although the rig was moving, and no fit finds their states.
+/// First sample of a record that says how well a plant does: the first block of a long record does not, for the same
+/// reason.
 /// @param block samples; of a record of fewer than eight blocks all count
 Index judged_from(const FitRecord& record, Index block);
 

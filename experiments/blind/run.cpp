@@ -95,7 +95,7 @@ bool answer_case(const fs::path& folder, const fs::path& out, const std::vector<
     fs::path retuned = out;
     write_json(retuned.replace_extension(".retuned.json"), to_json(diagnosis.retuned_plant));
     // The answer last: where it stands, everything does.
-    write_diagnosis(plant, diagnosis, nullptr, out,
+    write_diagnosis(plant, diagnosis, nullptr, view_of(plant, diagnosis, nullptr, nullptr), out,
                     {{"left_out", left_out}, {"retuned_plant", retuned.filename().string()}});
     return true;
   } catch (const MachineError&) {

@@ -9,9 +9,9 @@
 #include "core/data/spikes.hpp"
 #include "core/greybox/pieces.hpp"
 #include "core/greybox/plant_fit.hpp"
-#include "experiments/diagnose/answer.hpp"
 #include "experiments/diagnose/json.hpp"
 #include "experiments/diagnose/report.hpp"
+#include "experiments/diagnose/view.hpp"
 #include "experiments/report/render.hpp"
 #include "experiments/run/file_uses.hpp"
 #include "experiments/run/input_checks.hpp"
@@ -87,13 +87,10 @@ std::filesystem::path corrected_beside(std::filesystem::path diagnosis) {
 }
 
 std::filesystem::path write_diagnosis(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,
-                                      const std::filesystem::path& out, const Json& more) {
+                                      const View& view, const std::filesystem::path& out, const Json& more) {
   const std::filesystem::path corrected = corrected_beside(out);
   write_json(corrected, to_json(diagnosis.plant));
-  Json file = diagnosis_json(
-      plant, diagnosis, examination,
-      diagnosis.status == Status::ok ? answer(diagnosis.evidence, diagnosis.verdict, diagnosis.follow_up) : "",
-      corrected.filename().string());
+  Json file = diagnosis_json(plant, diagnosis, examination, view, corrected.filename().string());
   file.update(more);
   write_json(out, file);
   return corrected;
@@ -135,7 +132,7 @@ int run_diagnose(const DiagnoseRequest& request) {
       at_records(set, request.records, [&] { return diagnose_records(plant, set, effect_candidates, step); });
   if (diagnosis.status != Status::ok) {
     withdraw_earlier(request);
-    write_diagnosis(plant, diagnosis, nullptr, request.out, origin);
+    write_diagnosis(plant, diagnosis, nullptr, {}, request.out, origin);
     std::fprintf(stderr, "wheelhop: %s\n", diagnosis.verdict.message.c_str());
     return 1;
   }
@@ -149,7 +146,8 @@ int run_diagnose(const DiagnoseRequest& request) {
               place_of_note(diagnosis), *solver,
               {.ceiling = place_of_ceiling(diagnosis), .map = map.get(), .map_solver = map_solver.get()}, bootstrap);
   withdraw_earlier(request);
-  const std::filesystem::path corrected = write_diagnosis(plant, diagnosis, &examination, request.out, origin);
+  View view = view_of(plant, diagnosis, &examination, nullptr);
+  const std::filesystem::path corrected = write_diagnosis(plant, diagnosis, &examination, view, request.out, origin);
   Placebo again;
   if (request.placebo > 0) {
     const JobOptions jobs{0, "placebo", fmt::format("the diagnosis without its placebo is in {}", request.out.string()),
@@ -165,12 +163,11 @@ int run_diagnose(const DiagnoseRequest& request) {
         });
     Json more = origin;
     more["placebo"] = placebo_json(again);
-    write_diagnosis(plant, diagnosis, &examination, request.out, more);
+    view = view_of(plant, diagnosis, &examination, &again);
+    write_diagnosis(plant, diagnosis, &examination, view, request.out, more);
   }
   if (piece > 0) fmt::print("{}\n", pieces);
-  print(diagnosis, request.placebo > 0 ? &again : nullptr);
-  print_ceiling(diagnosis, examination.ceiling);
-  print_examination(examination);
+  print(view);
   fmt::print("\nwritten: {}, {}\n", request.out.string(), corrected.string());
   if (!request.report.empty()) draw(plant, examination, request);
   return 0;

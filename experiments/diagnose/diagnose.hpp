@@ -7,6 +7,7 @@
 
 #include "core/gap/diagnose.hpp"
 #include "core/gap/study/examine.hpp"
+#include "experiments/diagnose/view.hpp"
 
 namespace wheelhop {
 
@@ -22,9 +23,10 @@ std::filesystem::path corrected_beside(std::filesystem::path diagnosis);
 
 /// Writes the plant with the answer beside `out`, with the ending `.plant.json`, and then `out` (schema
 /// `wheelhop.diagnosis/1`). @param examination null: without where in bands, ranges and time the gap lies
-/// @param more members added to the latter   @return the former
+/// @param view what of it is shown   @param more members added to the latter   @return the former
 std::filesystem::path write_diagnosis(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,
-                                      const std::filesystem::path& out, const Json& more = Json::object());
+                                      const View& view, const std::filesystem::path& out,
+                                      const Json& more = Json::object());
 
 struct DiagnoseRequest {
   std::filesystem::path plant, records, out;

@@ -225,8 +225,8 @@ Json placebo_json(const Placebo& placebo) {
   return {{"runs", placebo.runs}, {"same", placebo.same}, {"names", placebo.names}};
 }
 
-Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination,
-                    const std::string& answer, const std::string& corrected) {
+Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination, const View& view,
+                    const std::string& corrected) {
   Json effects = Json::array(), tolerances = Json::array();
   for (const Suspect& suspect : diagnosis.verdict.suspects) {
     const double share = share_of(diagnosis, suspect);
@@ -246,7 +246,7 @@ Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examin
     tolerances.push_back({{"name", own.parameter}, {"tolerances_off", own.theta}, {"std", own.std}, {"z", own.z}});
   return {{"schema", "wheelhop.diagnosis/1"},
           {"verdict", verdict(diagnosis)},
-          {"answer", answer},
+          {"answer", view.answer},
           {"status", std::string(to_string(diagnosis.status))},
           {"message", diagnosis.verdict.message},
           {"where", where_json(plant, diagnosis, examination)},
@@ -264,6 +264,7 @@ Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examin
           {"search", search_json(diagnosis.effort)},
           {"bridged_samples", bridged_json(diagnosis.spikes)},
           {"retuning", tolerances},
+          {"view", to_json(view)},
           {"corrected_plant", corrected},
           {"provenance", provenance()}};
 }

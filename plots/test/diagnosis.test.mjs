@@ -32,9 +32,9 @@ test('the page begins with the answer and shows every part of the diagnosis, esc
     const html = page(directory);
     assert.equal(html.match(/<svg /g).length, 7);
     assert.ok(html.indexOf('The gap is 10 x the &#60;noise&#62;') < html.indexOf('<svg '));
-    for (const text of ['Why simulation and rig disagree: coulomb friction at strut', 'Coulomb friction at strut', 'force_n = 41.2', '0.93', '98 %', '90 % of a record', 'the gain of acc goes from 0 to 0.1',
-      '20 % linear, 70 % odd, 10 % even', '40 % of it in 10 % of the time, at strut velocity', 'Do not trust it there', 'tyre, actuator', 'Force at strut (N)', '>Share</th>', '76 %',
-      'static map of travel and rate at strut', '33 %', '94 %', '17 of 20 diagnoses', 'coulomb friction at strut 17, none 3', 'acc (m/s\u00b2)', '3 to 50'])
+    for (const text of ['Why simulation and rig disagree: coulomb friction at strut', '>coulomb friction at strut</th>', 'force_n = 41.2 [38, 44]<br>other = 1', '>0.93<', '<td class="num">\u221298 %</td>', '>\u2013</td>',
+      'the gain of acc goes from 0 to 0.1', 'do not trust it there', '>tyre</th><td class="num">27</td><td>actuator<', 'Force at strut (N)', '>Share</th>', 'static map of travel and rate at strut', '17 of 20 diagnoses', 'acc (m/s\u00b2)',
+      'Two at once do:', '>strut and sensor:acc</th><td class="num">1.04<', '>parameter homing</th><td>not passed</td><td>misfit 1.5<', '<summary>Bands, in numbers</summary>', '3 to 50'])
       assert.ok(html.includes(text), text);
     assert.doesNotMatch(html, /NaN|undefined|Infinity/);
     assert.doesNotMatch(html, /<(script|link|img|iframe)\b|@import|url\((?!#)|(?:src|href)="(?!#)/);
@@ -54,10 +54,10 @@ test('what the records do not tell is left out: no repeats, no place, no effect,
     d.which.effects = [];
     d.which.named = [];
     d.verdict = 'no_gap';
+    d.view = { heading: 'Simulation and rig agree', notes: [], tables: d.view.tables.filter(({ id }) => id === 'how_far') };
     d.where.without_catalogue = [];
     delete d.where.after_retuning;
     delete d.how_far.ceiling;
-    delete d.placebo;
     delete d.where.after_effect;
     d.how_far.per_channel[0].misfit.with_effect = null;
     d.how_far.with_effect = { misfit: null, nrmse: {} };
@@ -75,53 +75,22 @@ test('what the records do not tell is left out: no repeats, no place, no effect,
     const html = page(directory);
     assert.equal(html.match(/<svg /g).length, 3);
     assert.ok(html.includes('<h1>Simulation and rig agree</h1>'));
-    assert.ok(html.includes('the drive is not periodic'));
     assert.doesNotMatch(html, /NaN|undefined|Infinity/);
   });
 });
 
-test('what has no ceiling, what cannot be simulated and what leaves nothing to remove says why', () => {
-  const diagnosis = changed(diagnosisData(), (d) => {
-    d.how_far.ceiling = { location: 'sensor:acc', absent: 'no <force>' };
-    d.placebo = { absent: 'outside the catalogue' };
-    d.which.effects[0].share = null;
-    d.how_far.beyond_envelope.closure = null;
-  });
-  on(diagnosisFolder(diagnosis), (directory) => {
-    assert.equal(render(directory).status, 0);
-    const html = page(directory);
-    for (const text of ['There is no ceiling of a static map: no &#60;force&#62;', 'Placebo: none, outside the catalogue', '4 % of the time; nothing is above the noise there.']) assert.ok(html.includes(text), text);
-    assert.ok(!html.includes('any signal at') && !html.includes('>Share<'));
-    assert.doesNotMatch(html, /NaN|undefined|Infinity/);
-  });
-});
-
-test('checks are shown whatever they hold', () => {
-  const diagnosis = changed(diagnosisData(), (d) => (d.checks = [{ name: 'parameter_homing', passed: true, chi2: 3.25 }, { name: 'nothing of note is left', passed: false, detail: 'misfit 1.5' }]));
-  on(diagnosisFolder(diagnosis), (directory) => {
-    assert.equal(render(directory).status, 0);
-    assert.match(page(directory), /Parameter homing<\/dt><dd>Passed: Chi2: 3.25</);
-    assert.match(page(directory), /Nothing of note is left<\/dt><dd>Not passed: misfit 1.5</);
-  });
-});
-
-test('pairs of places are shown where no single one explains all, and only there', () => {
-  for (const [needed, says] of [[2, 'channels. Two at once do:'], [1, 'unless a force there jumps. Two'], [0, 'channels, nor do two:']]) {
-    const diagnosis = changed(diagnosisData(), (d) => {
-      d.where.places_needed = needed;
-      d.where.two_places = [{ locations: ['strut', 'sensor:acc'], leftover_chi2: 1.04 }, { locations: ['strut', 'tyre'], leftover_chi2: 9 }];
-    });
+test('every table of the view stands on the page once, and none that it does not hold', () => {
+  const all = diagnosisData().view.tables.map(({ id }) => id);
+  for (const left of [all, ...all.map((id) => all.filter((other) => other !== id)), []]) {
+    const diagnosis = changed(diagnosisData(), (d) => (d.view.tables = left.length > 0 ? d.view.tables.filter(({ id }) => left.includes(id)) : [{ id: 'kind', caption: 'One.', columns: ['', ''], rows: [['a', 'b']] }]));
     on(diagnosisFolder(diagnosis), (directory) => {
-      assert.equal(render(directory).status, 0);
+      const run = render(directory);
+      assert.equal(run.status, 0, run.stderr);
       const html = page(directory);
-      assert.ok(html.includes(says));
-      assert.match(html, /strut and sensor:acc<\/th><td class="num">1.04</);
+      assert.equal(html.match(/<caption>/g).length, diagnosis.view.tables.length);
+      for (const { caption } of diagnosis.view.tables) assert.ok(html.includes(`<caption>${caption}</caption>`), caption);
     });
   }
-  on(diagnosisFolder(diagnosisData()), (directory) => {
-    assert.equal(render(directory).status, 0);
-    assert.ok(!page(directory).includes('Two at once'));
-  });
 });
 
 /** Calls change(parent, key) for every member of a value, at any depth. */
@@ -144,7 +113,6 @@ test('whatever stands in a text of the result stands in the page as it is, and n
     };
     const diagnosis = spoil(diagnosisData());
     diagnosis.how_far.excluded = hostile;
-    diagnosis.placebo.same = diagnosis.placebo.runs = hostile;
     for (const { misfit, channel } of diagnosis.how_far.per_channel) assert.ok(misfit && channel.includes(hostile));
     on(diagnosisFolder(diagnosis, spoil(diagnosisFiguresData())), (directory) => {
       const run = render(directory);
@@ -152,7 +120,8 @@ test('whatever stands in a text of the result stands in the page as it is, and n
       const html = page(directory);
       assert.doesNotMatch(html, /<(script|img|b)\b/);
       assert.ok(html.includes(`It sits in strut. ${escaped(hostile)}`), 'the answer');
-      assert.ok(html.includes(`${escaped(hostile)} of ${escaped(hostile)} diagnoses`), 'the placebo');
+      assert.ok(html.includes(`none 3. ${escaped(hostile)}`), 'a note');
+      assert.ok(html.includes(`>Parameters ${escaped(hostile)}<`), 'the head of a column');
       // In a figure: the title of a panel, as text, and its words for who does not see it.
       assert.ok(html.includes(`Record val.csv ${escaped(hostile)}: the stretch`), 'the words of a figure');
       const svgText = hostile.replace(/&/g, '&amp;').replace(/</g, '&lt;').replace(/>/g, '&gt;');
@@ -195,6 +164,8 @@ const MISTAKES = [
   ['no figures', diagnosisData(), null, /d\.figures\.json: the data of the page are not here; "wheelhop diagnose/],
   ['another schema', changed(diagnosisData(), (d) => (d.schema = 'x/1')), diagnosisFiguresData(), /\$\.schema: expected "wheelhop\.diagnosis\/1", found "x\/1"/],
   ['a diagnosis that failed', changed(diagnosisData(), (d) => (d.status = 'outside_domain')), diagnosisFiguresData(), /\$\.status: expected .*found "outside_domain"/],
+  ['no view', changed(diagnosisData(), (d) => delete d.view), diagnosisFiguresData(), /\$\.view: expected an object, found nothing/],
+  ['a cell missing', changed(diagnosisData(), (d) => d.view.tables[0].rows[1].pop()), diagnosisFiguresData(), /\$\.view\.tables\[0\]\.rows\[1\]: expected 5 texts/],
   ['no answer', changed(diagnosisData(), (d) => delete d.answer), diagnosisFiguresData(), /\$\.answer: expected a text, found nothing/],
   ['a sample missing', diagnosisData(), changed(diagnosisFiguresData(), (f) => f.segment.channels[0].retuned.pop()), /\$\.segment\.channels\[0\]\.retuned: expected 60 numbers/],
   ['a point missing', diagnosisData(), changed(diagnosisFiguresData(), (f) => f.unknown_signal.axes[1].values.pop()), /\$\.unknown_signal\.axes\[1\]\.values: expected 60 numbers/],

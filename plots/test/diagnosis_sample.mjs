@@ -48,8 +48,22 @@ export function diagnosisData() {
       per_band: [[0, 3], [3, 50]].map(([from_hz, to_hz], i) => ({ from_hz, to_hz, excess: each((stage) => GAPS[stage] * (i ? 0.75 : 0.25)) })),
       beyond_envelope: { closure: -0.4, closure_inside: 0.98, time_share: 0.04, flagged: true },
     },
+    view: {
+      heading: 'Why simulation and rig disagree: coulomb friction at strut',
+      notes: ['Placebo: 17 of 20 diagnoses of simulated records, in which this answer is true, give it again. Named: coulomb friction at strut 17, none 3.'],
+      tables: [
+        { id: 'how_far', caption: 'How far', columns: ['', 'As delivered', 'Re-tuned', 'With the answer', 'Noise'], rows: [['Misfit, all channels', '101', '10', '1.02', '1'], ['acc', '12 %', '12 %', '-', '1.1 %']] },
+        { id: 'ceiling', caption: 'How far the gap shrinks.', columns: ['', 'Of the gap as delivered', 'Of what re-tuning leaves'], rows: [['With a static map of travel and rate at strut, at best', '94 %', '33 %']] },
+        { id: 'effects', caption: 'Every suspect.', columns: ['Effect', 'Probability', 'Misfit', 'Removes', 'Share', 'Parameters'], rows: [['coulomb friction at strut', '0.93', '1.02', '-98 %', '76 %', 'force_n = 41.2 [38, 44]; other = 1']] },
+        { id: 'places', caption: 'Places.', columns: ['Place', 'Leaves', 'Enters alike'], rows: [['strut', '1.02', ''], ['tyre', '27', 'actuator']] },
+        { id: 'two_places', caption: 'No single place explains all channels. Two at once do:', columns: ['Places', 'Leaves'], rows: [['strut and sensor:acc', '1.04']] },
+        { id: 'bands', caption: 'Bands.', columns: ['Band', 'As delivered'], rows: [['3 to 50 Hz', '75 %']] },
+        { id: 'kind', caption: 'Of what re-tuning leaves.', columns: ['', ''], rows: [['Drifts', 'yes: the gain of acc goes from 0 to 0.1'], ['Beyond the fitted motions', '4 % of the time: do not trust it there']] },
+        { id: 'checks', caption: 'Checks.', columns: ['Check', 'Outcome', 'Detail'], rows: [['parameter homing', 'not passed', 'misfit 1.5']] },
+        { id: 'retuning', caption: 'Tolerances.', columns: ['Parameter', 'Off', 'Standard deviation'], rows: [['strut.viscous_damper.damping_ns_per_m', '2.5', '0.4']] },
+      ],
+    },
     retuning: [{ name: 'strut.viscous_damper.damping_ns_per_m', tolerances_off: 2.5, std: 0.4 }],
-    placebo: { runs: 20, same: 17, names: { 'coulomb_friction@strut': 17, none: 3 } },
     provenance: { version: '0.1.0' },
   };
 }

@@ -1,11 +1,13 @@
 // The diagnosis file and the data of its page hold what the contract names, for a gap whose truth is known.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <set>
 
 #include "core/plant/dataset.hpp"
 #include "experiments/diagnose/answer.hpp"
 #include "experiments/diagnose/json.hpp"
 #include "experiments/diagnose/report.hpp"
+#include "experiments/diagnose/view.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/nonlinearity/mlp.hpp"
@@ -40,6 +42,25 @@ RecordSet measured(const Plant& truth) {
     set.records.push_back(std::move(record));
   }
   return set;
+}
+
+const ViewTable* table_of(const View& view, const std::string& id) {
+  const auto own = std::find_if(view.tables.begin(), view.tables.end(), [&](const auto& one) { return one.id == id; });
+  return own == view.tables.end() ? nullptr : &*own;
+}
+
+/// Every table has rows, each with a cell a column, and its own id; nothing is a number that is none.
+void check_tables(const View& view) {
+  std::set<std::string> ids;
+  for (const ViewTable& table : view.tables) {
+    CAPTURE(table.id);
+    CHECK(ids.insert(table.id).second);
+    CHECK_FALSE(table.rows.empty());
+    for (const auto& row : table.rows) {
+      CHECK(row.size() == table.columns.size());
+      for (const std::string& cell : row) CHECK_THAT(cell, !Catch::Contains("nan") && !Catch::Contains("inf"));
+    }
+  }
 }
 
 double sum_of(const Json& parts, const char* key) {
@@ -98,7 +119,27 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what, its figures ho
   diagnosis.verdict.named = {"tyre_damping@tyre", "damper_asymmetry@suspension"};
   diagnosis.follow_up.shares = (Vector(2) << 0.1, 0.85).finished();
   CHECK(telling_stage(examination) == 1);
-  const Json file = diagnosis_json(nominal, diagnosis, &examination, "An answer.", "d.plant.json");
+  const View view = view_of(nominal, diagnosis, &examination, nullptr);
+  const Json file = diagnosis_json(nominal, diagnosis, &examination, view, "d.plant.json");
+  CHECK(file.at("answer") == view.answer);
+  CHECK(file.at("view").at("tables").size() == view.tables.size());
+  check_tables(view);
+  // What was computed is shown, and a number as the file has it.
+  for (const char* id : {"how_far", "ceiling", "effects", "places", "bands", "kind"}) REQUIRE(table_of(view, id));
+  CHECK(table_of(view, "two_places") == nullptr);
+  CHECK(table_of(view, "bridged") == nullptr);
+  CHECK(table_of(view, "how_far")->rows.size() == 1 + nominal.sensors.size());
+  const ViewTable& suspects = *table_of(view, "effects");
+  CHECK(suspects.rows[0][0] == "damper asymmetry at suspension");
+  CHECK(suspects.rows[0][4] == "85 %");
+  CHECK(suspects.rows[3][4] == "-");
+  CHECK(table_of(view, "places")->rows[1] == std::vector<std::string>{"tyre", "20", "actuator"});
+  CHECK(view.heading == "Why simulation and rig disagree: tyre damping at tyre and damper asymmetry at suspension");
+  Placebo again{"", 20, 17, {{"tyre_damping@tyre", 17}, {"none", 3}}};
+  CHECK_THAT(view_of(nominal, diagnosis, nullptr, &again).notes.back(),
+             Catch::Contains("17 of 20") && Catch::Contains("tyre damping at tyre 17"));
+  diagnosis.spikes.assign(7, {"r1.csv", "travel", 1.25, 0.5, 0.01});
+  CHECK(table_of(view_of(nominal, diagnosis, nullptr, nullptr), "bridged")->rows.size() == 5);
 
   const Json& where = file.at("where");
   for (const Json* stage : {&where, &where.at("after_retuning"), &where.at("after_effect")}) {
@@ -148,7 +189,7 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what, its figures ho
   CHECK(medians.back()[1].get<double>() > 10);
   CHECK(figures.dump() == diagnosis_figures_json(nominal, examination).dump());
   // A diagnosis that failed has a file, without what could not be seen.
-  CHECK(diagnosis_json(nominal, diagnosis, nullptr, "", "d.plant.json").at("where").at("bands").empty());
+  CHECK(diagnosis_json(nominal, diagnosis, nullptr, {}, "d.plant.json").at("where").at("bands").empty());
 }
 
 TEST_CASE("an answer speaks of a share that goes only where the validation records have a gap") {
@@ -180,7 +221,7 @@ TEST_CASE("an answer speaks of a share that goes only where the validation recor
 }
 
 TEST_CASE("a file without an examination holds the same keys") {
-  const Json file = diagnosis_json(plant_from(quarter_car_text), {}, nullptr, "An answer.", "");
+  const Json file = diagnosis_json(plant_from(quarter_car_text), {}, nullptr, {}, "");
   for (const char* key : {"channels", "bands", "regions", "time"}) CHECK(file.at("where").at(key).is_array());
   for (const char* key : {"per_channel", "per_band"}) CHECK(file.at("how_far").at(key).is_array());
   CHECK(file.at("how_far").at("beyond_envelope").is_null());

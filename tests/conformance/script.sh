@@ -153,6 +153,11 @@ call report
 check 'figure packages are installed' said 'npm ci'
 call reproduce
 check 'figure packages are installed once' test ! -s "$work/stderr"
+rm "$home/plots/node_modules/.package-lock.json"
+call diagnose --out d.json
+check 'a diagnosis without a page needs none' test ! -s "$work/stderr"
+call diagnose --out d.json --report=d.html
+check 'a diagnosis with a page installs them' said 'npm ci'
 printf '#!/bin/sh\necho v16.20.0\n' >"$work/node/node"
 later "$home/plots/package-lock.json"
 call reproduce
