@@ -6,6 +6,7 @@ wheelhop_tests(verdict wheelhop_verdict
 wheelhop_tests(gap wheelhop_gap wheelhop_variants
   FILES
   lemma/noise_floor.cpp
+  lemma/slow_channels.cpp
   lemma/continuous_drive.cpp
   lemma/plant_fit.cpp
   lemma/hypothesis.cpp

@@ -11,6 +11,7 @@
 #include "core/data/lost_samples.hpp"
 #include "core/data/mat.hpp"
 #include "core/data/reading.hpp"
+#include "core/data/slow_channels.hpp"
 #include "core/data/spectra.hpp"
 #include "core/data/spikes.hpp"
 #include "core/data/units.hpp"
@@ -161,6 +162,10 @@ ColumnFacts column_facts(ConstVectorRef x, double sample_time_s) {
   facts.clipped = clipped_in(held, facts.low, facts.high);
   if (facts.missing > 0) return facts;
   for (const SpikeAt& spike : find_spikes(x.transpose())) facts.spikes.push_back(spike.sample);
+  for (const SlowChannel& slow : slow_channels(x.transpose())) {
+    facts.slow_samples = slow.samples;
+    facts.slow_lines = slow.lines;
+  }
   if (sample_time_s > 0 && x.size() > 3) facts.spectrum_end_hz = spectrum_end(x, sample_time_s);
   return facts;
 }

@@ -25,6 +25,8 @@ struct ColumnFacts {
   std::vector<Index> spikes;   ///< single bad samples, as `find_spikes` of this column alone
   double spectrum_end_hz = 0;  ///< 99.9 % of the power without the mean lies below; 0 where cells are missing or
                                ///< nothing moves
+  double slow_samples = 1;     ///< a reading, in the mean: more than 1 where it was read at a lower rate
+  bool slow_lines = false;     ///< with straight lines between the readings; else these are repeated
 };
 
 /// The facts of one column. @param sample_time_s 0: the rate is not known, and neither is the end of the spectrum

@@ -23,12 +23,12 @@ struct Record {
   std::string file;       ///< as written in records.json, relative to its folder
   std::string role;       ///< "estimation" or "validation"
   std::string repeat_of;  ///< records with the same name repeat one drive; empty if none does
-  KnownStart start = {};
-  Index first = 0;  ///< sample of the file at which the signal begins
+  Index first = 0;        ///< sample of the file at which the signal begins
   Signal signal;
   Index rows = 0;                         ///< samples of the file that the signal was made of; 0: as many as it has
   Index line = 0;                         ///< of the file in which its first sample stands, from 1; 0: none
   std::vector<std::string> reading = {};  ///< what was done to the file to read it, a sentence each
+  KnownStart start = {};
 
   /// Samples [first, file_end()) of the file are in the signal.
   Index file_end() const { return first + (rows > 0 ? rows : signal.samples()); }
@@ -49,6 +49,22 @@ struct Spike {
     visit("time_s", time_s);
     visit("value", value);
     visit("instead", instead);
+  }
+};
+
+/// An output that was read less often than its record has samples.
+struct SlowOutput {
+  std::string file, channel;
+  double samples = 1;   ///< a reading, in the mean
+  double rate_hz = 0;   ///< of the readings
+  std::string between;  ///< "repeated" or "lines"
+  template <class V>
+  void fields(V&& visit) {
+    visit("file", file);
+    visit("channel", channel);
+    visit("samples", samples);
+    visit("rate_hz", rate_hz);
+    visit("between", between);
   }
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "core/data/slow_channels.hpp"
 #include "core/gap/checks.hpp"
 #include "core/gap/evidence/instrument_faults.hpp"
 #include "core/gap/investigate.hpp"
@@ -115,6 +116,7 @@ Diagnosis diagnose(const Plant& plant, const RecordSet& set, const CandidateList
   diagnosis.thresholds = options.thresholds;
   diagnosis.effort = options.effort;
   diagnosis.spikes = set.spikes;
+  diagnosis.slow = slow_outputs(set);
   const Common common{plant, set, candidates, solvers, options, seed, step};
   Opening opening = opened(common, noise_floor(prediction_errors(plant, set)));
   // Repeats whose drives differ tell the floor by what the plant leaves of them, and a wrong plant leaves more.

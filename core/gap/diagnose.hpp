@@ -54,9 +54,10 @@ struct Diagnosis {
   Evidence evidence;
   Verdict verdict;
   FollowUp follow_up;
-  std::vector<Spike> spikes;  ///< bad samples of the records, bridged before anything was asked
-  Plant plant;                ///< with the answer
-  Plant retuned_plant;        ///< re-tuned inside the tolerances, without any effect
+  std::vector<Spike> spikes;     ///< bad samples of the records, bridged before anything was asked
+  std::vector<SlowOutput> slow;  ///< outputs that were read less often than their records have samples
+  Plant plant;                   ///< with the answer
+  Plant retuned_plant;           ///< re-tuned inside the tolerances, without any effect
 };
 
 /// What a suspect (of this diagnosis) contributes to the closure of the answer; NaN if it is not one of several named.

@@ -97,6 +97,7 @@ FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef we
     record.skip = std::min(std::max(signal.skip, unsure), record.y.cols() - 1);
   }
   record.weight_std = weight_std;
+  record.slow = signal.slow;
   return record;
 }
 

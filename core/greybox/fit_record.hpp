@@ -24,13 +24,14 @@ inline constexpr Index kMostDriveRatio = 32;
 
 /// A record made ready for thousands of simulations.
 struct FitRecord {
-  Matrix drive;           ///< m x N * ratio, at the plant's hold rate
-  Matrix y;               ///< p x N
-  Index ratio = 1;        ///< hold samples a sample
-  Index skip = 0;         ///< leading samples that are not scored
-  Vector weight_std;      ///< p, what the residual of this record is divided by; > 0
-  Vector quantum;         ///< p, step of the lattice seen in the readings, 0: none; empty: not looked for
-  KnownStart start = {};  ///< a fit finds the rest of the initial state
+  Matrix drive;                        ///< m x N * ratio, at the plant's hold rate
+  Matrix y;                            ///< p x N
+  Index ratio = 1;                     ///< hold samples a sample
+  Index skip = 0;                      ///< leading samples that are not scored
+  Vector weight_std;                   ///< p, what the residual of this record is divided by; > 0
+  Vector quantum;                      ///< p, step of the lattice seen in the readings, 0: none; empty: not looked for
+  KnownStart start = {};               ///< a fit finds the rest of the initial state
+  std::vector<SlowChannel> slow = {};  ///< as of the signal
   /// Variance that a fit expects of residuals in units of `weight_std`, the same in all records of a fit; 1: noise
   /// alone. Where every model leaves more, priors count by as much more: without it parameters bend around what no
   /// model of the class can do. McCullagh & Nelder, Generalized Linear Models, 1989, section 4.5.
@@ -76,10 +77,10 @@ bool never_moves(ConstMatrixRef drive);
 /// are held is returned as it is. Cost: a simulation of the records for each rate that is tried.
 Plant with_drive_rate(Plant plant, const RecordSet& set);
 
-/// First sample of a record that a fit counts. The masses that an effect adds, and the lags of drives and sensors, start
-/// as if the rig had been at rest although it was moving, and no fit finds their states: an accelerometer may see that
-/// in the first samples more than the rest of a small gap. A twentieth of a block of a long record is left out, no more, since the rest has to tell the initial
-/// state.
+/// First sample of a record that a fit counts. The masses that an effect adds, and the lags of drives and sensors,
+/// start as if the rig had been at rest although it was moving, and no fit finds their states: an accelerometer may see
+/// that in the first samples more than the rest of a small gap. A twentieth of a block of a long record is left out, no
+/// more, since the rest has to tell the initial state.
 /// @param block samples; of a record of fewer than eight blocks all count
 Index fitted_from(const FitRecord& record, Index block);
 

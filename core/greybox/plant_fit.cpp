@@ -11,6 +11,7 @@
 #include <numeric>
 
 #include "core/data/metrics.hpp"
+#include "core/data/slow_channels.hpp"
 #include "core/optimise/bounded_step.hpp"
 #include "core/optimise/prior.hpp"
 #include "core/plant/linearise.hpp"
@@ -99,9 +100,10 @@ Matrix drive_until_end(const Plant& plant, const FitRecord& record) {
   return record.drive.leftCols(std::min(whole, record.drive.cols()));
 }
 
-/// r of a record. False if the simulation failed.
-bool residual_of(const Simulation& result, const FitRecord& record, VectorRef r) {
+/// r of a record. False if the simulation failed. @param result its readings become those that the record would hold
+bool residual_of(Simulation& result, const FitRecord& record, VectorRef r) {
   if (result.status != Status::ok) return false;
+  as_logged(record.slow, result.outputs);
   const Index kept = record.y.cols() - record.skip;
   r.reshaped(record.y.rows(), kept) = record.weight_std.cwiseInverse().asDiagonal() *
                                       (result.outputs.leftCols(record.y.cols()) - record.y).rightCols(kept);
@@ -118,7 +120,7 @@ bool run_records(const Plant& plant, const std::vector<FitRecord>& records,
     drives.push_back(drive_until_end(plant, records[i]));
     tasks.push_back({&plant, &drives.back(), run_options(plant, records[i], initial_states[i])});
   }
-  const std::vector<Simulation> runs = simulate_measured_side_by_side(tasks);
+  std::vector<Simulation> runs = simulate_measured_side_by_side(tasks);
   Index filled = 0;
   for (std::size_t i = 0; i < records.size(); ++i) {
     const Index count = records[i].y.rows() * (records[i].y.cols() - records[i].skip);
@@ -303,11 +305,12 @@ class PlantProblem final : public ResidualProblem {
         asked.push_back(j);
         variations.push_back(std::move(variation));
       }
-      const VariedSimulation there =
+      VariedSimulation there =
           simulate_varied(plant, drive_until_end(plant, record), run_options(plant, record, initial_state(theta, i)),
                           std::move(variations));
       if (!residual_of(there.simulation, record, r)) return false;
       for (std::size_t k = 0; k < asked.size(); ++k) {
+        as_logged(record.slow, there.outputs[k]);
         const Matrix values =
             record.weight_std.cwiseInverse().asDiagonal() * there.outputs[k].middleCols(record.skip, kept);
         put(asked[k], values);
@@ -554,7 +557,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
   for (std::size_t i = 0; i < records.size(); ++i) {
     const FitRecord& record = records[i];
     fit.initial_states.push_back(problem.initial_state(theta, i));
-    const Simulation result =
+    Simulation result =
         simulate_measured(fit.plant, record.drive, run_options(fit.plant, record, fit.initial_states.back()));
     if (result.status != Status::ok) {
       fit.solution.status = result.status;
@@ -562,6 +565,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
       fit.error.clear();
       return fit;
     }
+    as_logged(record.slow, result.outputs);
     fit.error.push_back(result.outputs.leftCols(record.y.cols()) - record.y);
     visit(result, record, fit.visited);
   }

@@ -10,6 +10,7 @@
 
 #include "core/base/files.hpp"
 #include "core/base/status.hpp"
+#include "core/data/slow_channels.hpp"
 #include "core/data/spikes.hpp"
 #include "core/greybox/plant_fit.hpp"
 #include "experiments/blind/score_calibration.hpp"
@@ -87,6 +88,7 @@ bool answer_case(const fs::path& folder, const fs::path& out, const std::vector<
     RecordSet set = load_records(folder / "records.json", plant.input_channels(), plant.output_channels());
     require_sound_records(set, folder / "records.json");
     bridge_spikes(set);
+    find_slow_channels(set);
     require_held_out(set, folder / "records.json");
     plant = with_drive_rate(std::move(plant), set);
     require_hold_rate(plant, set, folder / "records.json");

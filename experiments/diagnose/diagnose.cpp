@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "core/base/files.hpp"
+#include "core/data/slow_channels.hpp"
 #include "core/data/spikes.hpp"
 #include "core/greybox/pieces.hpp"
 #include "core/greybox/plant_fit.hpp"
@@ -109,6 +110,7 @@ int run_diagnose(const DiagnoseRequest& request) {
   RecordSet set = load_records(request.records, plant.input_channels(), plant.output_channels());
   require_sound_records(set, request.records);
   bridge_spikes(set);
+  find_slow_channels(set);
   require_held_out(set, request.records);
   plant = with_drive_rate(std::move(plant), set);
   require_hold_rate(plant, set, request.records);

@@ -197,11 +197,13 @@ Json how_far_json(const Plant& plant, const Diagnosis& diagnosis, const Examinat
   return far;
 }
 
-Json bridged_json(std::vector<Spike> spikes) {
+/// Things that have fields, as an array of objects.
+template <class Thing>
+Json list_json(std::vector<Thing> things) {
   Json out = Json::array();
-  for (Spike& spike : spikes) {
+  for (Thing& thing : things) {
     out.push_back(Json::object());
-    spike.fields([&](const char* name, const auto& value) { out.back()[name] = value; });
+    thing.fields([&](const char* name, const auto& value) { out.back()[name] = value; });
   }
   return out;
 }
@@ -262,7 +264,8 @@ Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examin
           {"evidence", to_json(diagnosis.evidence)},
           {"thresholds", to_json(diagnosis.thresholds)},
           {"search", search_json(diagnosis.effort)},
-          {"bridged_samples", bridged_json(diagnosis.spikes)},
+          {"bridged_samples", list_json(diagnosis.spikes)},
+          {"slow_channels", list_json(diagnosis.slow)},
           {"retuning", tolerances},
           {"view", to_json(view)},
           {"corrected_plant", corrected},

@@ -53,6 +53,19 @@ std::string note_of(const Placebo& placebo) {
       placebo.same, placebo.runs, names);
 }
 
+/// "CHANNEL was read at 50 Hz (every 4 samples, repeated in between) and is compared like that.", one a channel.
+std::vector<std::string> slow_notes(const std::vector<SlowOutput>& slow) {
+  std::vector<std::string> notes, told;
+  for (const SlowOutput& own : slow) {
+    if (std::find(told.begin(), told.end(), own.channel) != told.end()) continue;
+    told.push_back(own.channel);
+    notes.push_back(fmt::format(
+        "{} was read at {:.4g} Hz ({} samples a reading, {} in between), and is compared like that.", own.channel,
+        own.rate_hz, digits(own.samples), own.between == "lines" ? "straight lines" : "the last one repeated"));
+  }
+  return notes;
+}
+
 /// A stage's profile, null where it did not run.
 const GapProfile* profile_of(const Examination* examination, std::size_t stage) {
   return examination && examination->stages[stage].ran ? &examination->stages[stage].profile : nullptr;
@@ -340,6 +353,7 @@ View view_of(const Plant& plant, const Diagnosis& diagnosis, const Examination* 
   if (!evidence.held_out)
     view.notes.push_back(
         "No record has the role \"validation\": every figure is of the records that were fitted, too kind.");
+  for (std::string& note : slow_notes(diagnosis.slow)) view.notes.push_back(std::move(note));
   if (placebo != nullptr) view.notes.push_back(note_of(*placebo));
   const auto add = [&](ViewTable table) {
     if (!table.rows.empty()) view.tables.push_back(std::move(table));

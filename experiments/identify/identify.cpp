@@ -9,6 +9,7 @@
 
 #include "core/base/files.hpp"
 #include "core/data/metrics.hpp"
+#include "core/data/slow_channels.hpp"
 #include "core/identify/initial_state.hpp"
 #include "core/identify/uncertainty.hpp"
 #include "experiments/identify/study.hpp"
@@ -275,6 +276,25 @@ Json scores_json(const IdentifyConfig& config, const Delivery& delivery, const s
   return out;
 }
 
+/// Says which outputs were read less often than their record has samples: a model takes every sample for a reading. A
+/// drive may be held for as long as it likes.
+void warn_of_slow_channels(const std::vector<Signal>& training) {
+  std::vector<std::string> told;
+  for (const Signal& signal : training) {
+    const std::vector<SlowChannel> slow = slow_channels(signal.y);
+    for (std::size_t i = 0; i < slow.size(); ++i) {
+      const std::string& name = signal.outputs[i].name;
+      if (slow[i].before.empty() || std::find(told.begin(), told.end(), name) != told.end()) continue;
+      told.push_back(name);
+      std::fprintf(stderr,
+                   "%s was read every %.3g samples (%.4g Hz), %s: the model takes each sample for a reading, and so it "
+                   "learns the logger as well; a record at that rate (\"resample_hz\", or a faster channel) does not\n",
+                   name.c_str(), slow[i].samples, 1 / (signal.sample_time_s * slow[i].samples),
+                   slow[i].lines ? "with straight lines in between" : "and repeated in between");
+    }
+  }
+}
+
 }  // namespace
 
 int run_identify(const IdentifyRequest& request) {
@@ -291,6 +311,7 @@ int run_identify(const IdentifyRequest& request) {
       std::fprintf(stderr, "identifying from %s: %td samples, %td input(s), %td output(s)\n",
                    config.set.records[static_cast<std::size_t>(config.trained[i])].file.c_str(), training[i].samples(),
                    training[i].input_count(), training[i].output_count());
+  if (!request.quiet) warn_of_slow_channels(training);
   Random random(static_cast<std::uint64_t>(config.options.seed), Stream::initial_guess);
   const Delivery result =
       deliver(std::move(training), config.delivery, config.pieces.borrowed(config.delivery.pipeline), random);

@@ -65,6 +65,11 @@ void print_columns(const FileFacts& facts) {
       for (const Index k : column.spikes) places.push_back(fmt::format("{}", k));
       fmt::print("spikes in {}: samples {}\n", column.name, listed(places));
     }
+  for (const ColumnFacts& column : facts.columns)
+    if (column.slow_samples > 1)
+      fmt::print("{} was read every {:.3g} samples{}, {} in between\n", column.name, column.slow_samples,
+                 facts.grid ? fmt::format(" ({:.4g} Hz)", facts.grid->sampling_hz / column.slow_samples) : "",
+                 column.slow_lines ? "with straight lines" : "and repeated");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/data/slow_channels.hpp"
 #include "core/data/spectra.hpp"
 #include "core/plant/dataset.hpp"
 
@@ -109,8 +110,9 @@ std::vector<InstrumentFault> wrong_drives(const PlantFit& fit, const std::vector
     for (Index i = 0; i < m; ++i) {
       Matrix drive = record.drive.col(0).replicate(1, record.drive.cols());
       drive.row(i) = record.drive.row(i);
-      const Simulation run = simulate_measured(plant, drive, run_options(plant, record));
+      Simulation run = simulate_measured(plant, drive, run_options(plant, record));
       if (run.status != Status::ok || run.outputs.cols() < record.y.cols()) return {};
+      as_logged(record.slow, run.outputs);
       under.col(i) = shapes_of(run.outputs.middleCols(record.skip, kept), norms);
     }
     const Vector read = shapes_of(y, norms);

@@ -7,6 +7,7 @@
 
 #include "core/base/status.hpp"
 #include "core/data/metrics.hpp"
+#include "core/data/slow_channels.hpp"
 #include "core/data/spectra.hpp"
 #include "core/plant/dataset.hpp"
 
@@ -74,7 +75,7 @@ bool looks_repeated(const Record& first, const Record& other) {
 std::vector<Repeats> averaged(const RecordSet& set) {
   return grouped(set, [](const Record& first, const Record& other) {
     return said_to_repeat(first, other) && first.role == other.role && first.start == other.start &&
-           difference_of(first.signal, other.signal).share <= kSameDrive;
+           first.signal.slow == other.signal.slow && difference_of(first.signal, other.signal).share <= kSameDrive;
   });
 }
 
@@ -197,16 +198,42 @@ std::vector<Measured> merge_repeats(const RecordSet& set) {
 RecordSet prediction_errors(const Plant& plant, const RecordSet& set) {
   bool differ = false;
   for (const Repeats& group : repeats_of(set))
-    for (const Record* record : group) differ = differ || !(record->signal.u - group.front()->signal.u).isZero(0);
+    for (const Record* record : group)
+      differ = differ || !(record->signal.u - group.front()->signal.u).isZero(0) ||
+               record->signal.slow != group.front()->signal.slow;
   if (!differ) return set;
   RecordSet errors = set;
   for (Record& record : errors.records) {
-    const GeneratedRecord made = simulate_record(plant, record.signal);
+    GeneratedRecord made = simulate_record(plant, record.signal);
     if (made.status != Status::ok) return set;
+    as_logged(record.signal.slow, made.signal.y);
     record.signal.y -= made.signal.y;
   }
   return errors;
 }
+
+namespace {
+
+/// quiet_end() of a record's last samples, of a slow channel over those that were read.
+Vector quiet_end_of(const Signal& signal, Index kept) {
+  Vector level = quiet_end(signal.y.rightCols(kept));
+  for (std::size_t i = 0; i < signal.slow.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    const Vector read = readings_of(signal.slow[i], signal.y.row(row).transpose());
+    if (read.size() < signal.y.cols() && read.size() > 1) level(row) = quiet_end(read.transpose())(0);
+  }
+  return level;
+}
+
+/// Samples a reading of the slowest channel; 1 where all are read at every sample.
+double slowest(const RecordSet& set) {
+  double most = 1;
+  for (const Record& record : set.records)
+    for (const SlowChannel& channel : record.signal.slow) most = std::max(most, channel.samples);
+  return most;
+}
+
+}  // namespace
 
 NoiseFloor noise_floor(const RecordSet& set) {
   const std::vector<Channel>& outputs = set.records.front().signal.outputs;
@@ -249,7 +276,7 @@ NoiseFloor noise_floor(const RecordSet& set) {
     for (const Record& record : set.records) {
       const Index kept = record.signal.samples() - record.signal.skip;
       lines += static_cast<double>(quiet_lines(kept / 2 + 1) * p);
-      power += static_cast<double>(kept) * quiet_end(record.signal.y.rightCols(kept)).cwiseAbs2();
+      power += static_cast<double>(kept) * quiet_end_of(record.signal, kept).cwiseAbs2();
       floor.degrees += kept;
     }
     floor.std = (power / static_cast<double>(floor.degrees)).cwiseSqrt();
@@ -262,7 +289,10 @@ NoiseFloor noise_floor(const RecordSet& set) {
           fmt::format("output \"{}\": no noise floor can be told ({}): the channel is constant, or the same "
                       "in every repeat to the last digit; give its noise_std in the record set",
                       outputs[static_cast<std::size_t>(i)].name, to_string(floor.source)));
-  if (floor.source == FloorSource::repeats) floor.power_error = error_of_power(groups, floor.std);
+  if (floor.source == FloorSource::repeats)
+    floor.power_error = error_of_power(groups, floor.std);
+  else
+    floor.colour = slowest(set);  // the noise of a reading is repeated with it
   return floor;
 }
 

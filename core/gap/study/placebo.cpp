@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/data/slow_channels.hpp"
 #include "core/data/spectra.hpp"
 #include "core/gap/evidence/profile.hpp"
 #include "core/plant/dataset.hpp"
@@ -55,6 +56,7 @@ RecordSet simulated_records(const Plant& plant, const RecordSet& set, const Nois
       y.row(i) += std::sqrt(std::max(floor.std(i) * floor.std(i) - rounding * rounding, 0.0)) * noise.row(i);
       if (step > 0) y.row(i) = measured(i, 0) + step * ((y.row(i).array() - measured(i, 0)) / step).round();
     }
+    as_logged(record.signal.slow, y);
   }
   return simulated;
 }

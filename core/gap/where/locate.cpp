@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/data/slow_channels.hpp"
 #include "core/data/spectra.hpp"
 #include "core/gap/where/probe.hpp"
 #include "core/plant/linearise.hpp"
@@ -31,9 +32,17 @@ struct Entry {
   LinearPlant linear;  ///< of any other place: a force there through the plant, linearised over its motion
 };
 
+/// Weights of the channels at a frequency, with what slow channels make of it. @param weight p, one over the noise
+ComplexVector shown(const FitRecord& record, const Vector& weight, double cycles) {
+  ComplexVector out = weight.cast<std::complex<double>>();
+  for (std::size_t i = 0; i < record.slow.size(); ++i)
+    out(static_cast<Index>(i)) *= response_of(record.slow[i], cycles);
+  return out;
+}
+
 /// Direction of the channels in which it shows at a frequency, a unit vector in units of the noise; not finite where a
 /// pole of the plant lies there.
-ComplexVector direction(const Entry& entry, const Vector& weight, double frequency_hz) {
+ComplexVector direction(const Entry& entry, const ComplexVector& weight, double frequency_hz) {
   if (entry.sensor >= 0) return Vector::Unit(weight.size(), entry.sensor).cast<std::complex<double>>();
   return (weight.asDiagonal() * force_response(entry.linear, frequency_hz)).normalized();
 }
@@ -90,12 +99,13 @@ std::vector<Entry> all_entries(const PlantFit& fit, const std::vector<FitRecord>
 
 /// g^+ z with Wiener's weight. @param z p x lines, of which `used` count; `noise` is the power of each
 /// @param noise_power what noise makes of the result, sum of squares as fft counts them   @return 1 x lines
-ComplexMatrix divide_out(const LinearPlant& linear, const Vector& weight, const ComplexMatrix& z, Index used,
+/// @param weight of shown(), p x used
+ComplexMatrix divide_out(const LinearPlant& linear, const ComplexMatrix& weight, const ComplexMatrix& z, Index used,
                          double line_hz, double noise, double& noise_power) {
   ComplexMatrix f = ComplexMatrix::Zero(1, z.cols());
   Vector visible(used), power(used);
   for (Index k = 0; k < used; ++k) {
-    const ComplexVector g = weight.asDiagonal() * force_response(linear, line_hz * static_cast<double>(k));
+    const ComplexVector g = weight.col(k).asDiagonal() * force_response(linear, line_hz * static_cast<double>(k));
     visible(k) = std::isfinite(g.squaredNorm()) ? g.squaredNorm() / noise : 0;
     if (visible(k) > 0) f(0, k) = g.dot(z.col(k)) / g.squaredNorm();
     power(k) = std::norm(f(0, k));
@@ -197,11 +207,12 @@ std::vector<double> leftovers(const std::vector<Entry>& entries, const std::vect
       all += gram(channel);
     }
     const Vector weight = records[i].weight_std.cwiseProduct(level).cwiseInverse();
-    std::vector<ComplexMatrix> directions;  // an entry each, p x lines
-    for (const Entry& entry : entries) {
-      directions.emplace_back(p, spectra.lines());
-      for (Index line = 0; line < spectra.lines(); ++line)
-        directions.back().col(line) = direction(entry, weight, spectra.line_hz * static_cast<double>(line));
+    std::vector<ComplexMatrix> directions(entries.size(), ComplexMatrix(p, spectra.lines()));
+    for (Index line = 0; line < spectra.lines(); ++line) {
+      const double frequency_hz = spectra.line_hz * static_cast<double>(line);
+      const ComplexVector seen = shown(records[i], weight, 0.5 * frequency_hz / nyquist_hz);
+      for (std::size_t e = 0; e < entries.size(); ++e)
+        directions[e].col(line) = direction(entries[e], seen, frequency_hz);
     }
     for (std::size_t k = 0; k < sets.size(); ++k) {
       std::vector<ComplexMatrix> explained(sets[k].size(), ComplexMatrix::Zero(spectra.lines(), columns));
@@ -333,7 +344,9 @@ UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& 
   const double line_hz = 1 / (2 * static_cast<double>(N) * sample_time_s);
   const Index used = std::min<Index>(N, static_cast<Index>(result.band_hz / line_hz)) + 1;
   double noise_power = 0;
-  const Vector weight = record.weight_std.cwiseInverse();
+  ComplexMatrix weight(record.y.rows(), used);
+  for (Index k = 0; k < used; ++k)
+    weight.col(k) = shown(record, record.weight_std.cwiseInverse(), line_hz * static_cast<double>(k) * sample_time_s);
   const ComplexMatrix f = divide_out(linear, weight, fft(z), used, line_hz, static_cast<double>(kept), noise_power);
   if (!(f.squaredNorm() > 0)) {
     result.status = Status::rank_deficient;

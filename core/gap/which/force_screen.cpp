@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/data/slow_channels.hpp"
 #include "core/gap/where/forced.hpp"
 #include "core/gap/where/probe.hpp"
 #include "core/greybox/operation.hpp"
@@ -233,6 +234,7 @@ Pieces pieces_of(const std::vector<FitRecord>& records, const PlantFit& base, In
       piece.y = whole.y.middleCols(begin, end - begin);
       piece.skip = 0;
       if (begin > 0) piece.start = {};
+      piece.slow = part_of(whole.slow, begin, end - begin);
       out.records.push_back(std::move(piece));
       out.of.push_back(i);
       out.begin.push_back(begin);
