@@ -11,6 +11,7 @@
 #include "core/gap/where/locate.hpp"
 #include "core/gap/where/unknown.hpp"
 #include "core/gap/which/parameter_label.hpp"
+#include "core/plant/rotary.hpp"
 
 namespace wheelhop {
 namespace {
@@ -26,7 +27,8 @@ std::vector<ToleranceEvidence> tolerances_of(const Study& study, const Hypothesi
     const FitParameter& parameter = study.tolerances[static_cast<std::size_t>(i)];
     const ParameterLabel label = label_of(study.nominal, parameter.name);
     const double effect = fit.jacobian.cols() > i ? fit.jacobian.col(i).norm() * std::abs(fit.theta(i)) : 0;
-    list.push_back({parameter.name, label.effect, label.location, fit.theta(i), std::sqrt(fit.covariance(i, i)), z(i),
+    list.push_back({shown_name(study.nominal, parameter.name), label.effect, label.location, fit.theta(i),
+                    std::sqrt(fit.covariance(i, i)), z(i),
                     effect / std::sqrt(static_cast<double>(std::max<Index>(fit.residual.size(), 1)))});
   }
   return list;

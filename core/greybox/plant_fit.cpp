@@ -14,6 +14,7 @@
 #include "core/data/slow_channels.hpp"
 #include "core/optimise/bounded_step.hpp"
 #include "core/optimise/prior.hpp"
+#include "core/plant/dataset.hpp"
 #include "core/plant/linearise.hpp"
 #include "core/plant/simulate.hpp"
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/plant/rotary.hpp"
+
 namespace wheelhop {
 
 LawKind linear_spring();
@@ -63,19 +65,27 @@ std::vector<std::string> Law::parameter_names() const {
   return names;
 }
 
-Law parse_law(const JsonCursor& cursor) {
+namespace {
+
+std::string key_of(const LawParameter& parameter, bool rotary) {
+  return rotary ? rotary_name(parameter.name) : parameter.name;
+}
+
+}  // namespace
+
+Law parse_law(const JsonCursor& cursor, bool rotary) {
   Law law;
   law.kind = find_law(cursor.at("law").one_of(law_names()));
   for (const LawParameter& parameter : law.kind->parameters) {
     if (parameter.is_list) {
-      const JsonCursor list = cursor.at(parameter.name);
+      const JsonCursor list = cursor.at(key_of(parameter, rotary));
       law.values = list.numbers();
       if (law.values.empty() || law.values.size() > 15) list.fail("an array of 1 to 15 numbers");
     } else if (parameter.required) {
-      law.values.push_back(cursor.at(parameter.name).number(parameter.range));
+      law.values.push_back(cursor.at(key_of(parameter, rotary)).number(parameter.range));
     } else {
       // Not `number(key, fallback, range)`: the fallback may be infinite, which stands for "none".
-      const auto member = cursor.find(parameter.name);
+      const auto member = cursor.find(key_of(parameter, rotary));
       law.values.push_back(member ? member->number(parameter.range) : parameter.fallback);
     }
   }
@@ -88,14 +98,14 @@ Law parse_law(const JsonCursor& cursor) {
   return law;
 }
 
-Json to_json(const Law& law) {
+Json to_json(const Law& law, bool rotary) {
   Json out = Json::object();
   out["law"] = law.kind->name;
   if (law.kind->parameters.front().is_list) {
-    out[law.kind->parameters.front().name] = law.values;
+    out[key_of(law.kind->parameters.front(), rotary)] = law.values;
   } else {
     for (std::size_t k = 0; k < law.values.size(); ++k)
-      if (std::isfinite(law.values[k])) out[law.kind->parameters[k].name] = law.values[k];
+      if (std::isfinite(law.values[k])) out[key_of(law.kind->parameters[k], rotary)] = law.values[k];
   }
   out["tolerance"] = law.tolerance;
   return out;

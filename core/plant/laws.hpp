@@ -135,7 +135,8 @@ const LawKind* find_law(std::string_view name);
 /// The optional member `tolerance` of a mass or law, in (0, 1].
 double parse_tolerance(const JsonCursor& cursor);
 /// Reads `{"law": NAME, PARAMETER: value, ..., "tolerance"?: value}`. UserError on anything else.
-Law parse_law(const JsonCursor& cursor);
-Json to_json(const Law& law);
+/// @param rotary the keys are those of what turns, see rotary.hpp
+Law parse_law(const JsonCursor& cursor, bool rotary = false);
+Json to_json(const Law& law, bool rotary = false);
 
 }  // namespace wheelhop

@@ -2,9 +2,8 @@
 #include <iterator>
 #include <set>
 #include <string>
-#include <tuple>
 
-#include "core/plant/plant.hpp"
+#include "core/plant/rotary.hpp"
 
 namespace wheelhop {
 namespace {
@@ -93,9 +92,13 @@ std::vector<std::string> movable_names(const Plant& plant) {
 Mass read_mass(const JsonCursor& cursor, Names& places) {
   Mass mass;
   mass.name = places.read(cursor.at("name"));
-  const JsonCursor value = cursor.at("mass_kg");
+  mass.rotary = cursor.find("inertia_kg_m2").has_value();
+  if (mass.rotary && cursor.find("mass_kg")) cursor.at("mass_kg").fail("no mass beside \"inertia_kg_m2\"");
+  const JsonCursor value = cursor.at(mass.rotary ? "inertia_kg_m2" : "mass_kg");
   mass.mass_kg = value.number();
-  if (!(mass.mass_kg > 0)) value.fail("a mass above 0 kg (a massless node has no equation of motion)");
+  if (!(mass.mass_kg > 0))
+    value.fail(mass.rotary ? "a moment of inertia above 0 kg m^2"
+                           : "a mass above 0 kg (a massless node has no equation of motion)");
   mass.tolerance = parse_tolerance(cursor);
   cursor.done();
   return mass;
@@ -109,6 +112,9 @@ Point read_point(const JsonCursor& cursor, const Plant& plant, Names& places) {
     if (auto weight = weights.find(mass.name)) point.weights.emplace_back(mass.name, weight->number());
   weights.done();
   if (point.weights.empty()) weights.fail("the weight of one mass at least");
+  point.rotary = std::all_of(point.weights.begin(), point.weights.end(),
+                             [&](const auto& weight) { return is_rotary(plant, weight.first); });
+  if (const auto unit = cursor.find("unit")) point.rotary = unit->one_of({"m", "rad"}) == "rad";
   cursor.done();
   return point;
 }
@@ -118,30 +124,46 @@ template <class Kind>
 struct KindName {
   Kind kind;
   const char *name, *unit;
+  bool rotary;
 };
-constexpr KindName<InputKind> kInputKinds[] = {{InputKind::displacement, "displacement", "m"},
-                                               {InputKind::force, "force", "N"},
-                                               {InputKind::acceleration, "acceleration", "m/s^2"}};
-constexpr KindName<SensorKind> kSensorKinds[] = {{SensorKind::displacement, "displacement", "m"},
-                                                 {SensorKind::velocity, "velocity", "m/s"},
-                                                 {SensorKind::acceleration, "acceleration", "m/s^2"},
-                                                 {SensorKind::force, "force", "N"}};
+constexpr KindName<InputKind> kInputKinds[] = {{InputKind::displacement, "displacement", "m", false},
+                                               {InputKind::force, "force", "N", false},
+                                               {InputKind::acceleration, "acceleration", "m/s^2", false},
+                                               {InputKind::displacement, "angle", "rad", true},
+                                               {InputKind::force, "torque", "N m", true}};
+constexpr KindName<SensorKind> kSensorKinds[] = {{SensorKind::displacement, "displacement", "m", false},
+                                                 {SensorKind::velocity, "velocity", "m/s", false},
+                                                 {SensorKind::acceleration, "acceleration", "m/s^2", false},
+                                                 {SensorKind::force, "force", "N", false},
+                                                 {SensorKind::displacement, "angle", "rad", true},
+                                                 {SensorKind::velocity, "angular_velocity", "rad/s", true},
+                                                 {SensorKind::acceleration, "angular_acceleration", "rad/s^2", true},
+                                                 {SensorKind::force, "torque", "N m", true}};
 
-/// The member `kind`, its name and its unit.
+/// The member `kind`.
 template <class Kind, std::size_t count>
-std::tuple<Kind, std::string, std::string> read_kind(const JsonCursor& cursor, const KindName<Kind> (&kinds)[count]) {
+const KindName<Kind>& read_kind(const JsonCursor& cursor, const KindName<Kind> (&kinds)[count]) {
   std::vector<std::string> names;
   for (const KindName<Kind>& own : kinds) names.push_back(own.name);
   const std::string name = cursor.at("kind").one_of(names);
-  const auto* own = std::find_if(std::begin(kinds), std::end(kinds), [&](const auto& k) { return name == k.name; });
-  return {own->kind, name, own->unit};
+  return *std::find_if(std::begin(kinds), std::end(kinds), [&](const auto& k) { return name == k.name; });
 }
 
 template <class Kind, std::size_t count>
-const char* kind_name(Kind kind, const KindName<Kind> (&kinds)[count]) {
-  for (const KindName<Kind>& own : kinds)
-    if (own.kind == kind) return own.name;
-  return "";
+const char* kind_name(Kind kind, const std::string& unit, const KindName<Kind> (&kinds)[count]) {
+  const auto named = [&](const KindName<Kind>& own) { return own.kind == kind && own.unit == unit; };
+  const auto* own = std::find_if(std::begin(kinds), std::end(kinds), named);
+  if (own == std::end(kinds))  // a plant that was put together without units
+    own = std::find_if(std::begin(kinds), std::end(kinds), [&](const auto& any) { return any.kind == kind; });
+  return own->name;
+}
+
+/// Refuses a node that slides where something turns, or the other way round. The ground goes with either.
+void require_rotary(const JsonCursor& cursor, const Plant& plant, const std::string& node, bool rotary) {
+  if (node != ground && is_rotary(plant, node) != rotary)
+    cursor.fail(rotary ? "something that turns (a mass with \"inertia_kg_m2\", an input of kind \"angle\")"
+                       : "something that slides; a point with \"unit\": \"m\" and weights in m/rad slides with what "
+                         "turns");
 }
 
 [[noreturn]] void fail_hold(const JsonCursor& input, const std::string& expected) {
@@ -151,11 +173,12 @@ const char* kind_name(Kind kind, const KindName<Kind> (&kinds)[count]) {
 
 PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& places, Names& channels) {
   PlantInput input;
-  std::string what;
-  std::tie(input.kind, what, input.unit) = read_kind(cursor, kInputKinds);
+  const KindName<InputKind>& kind = read_kind(cursor, kInputKinds);
+  input.kind = kind.kind;
+  input.unit = kind.unit;
   input.name = channels.read(cursor.at("name"));
   if (input.kind == InputKind::displacement) places.read(cursor.at("name"));
-  read_unit(cursor, input.unit, "an input of kind " + what);
+  read_unit(cursor, input.unit, std::string("an input of kind ") + kind.name);
   const auto accelerates = [](const PlantInput& other) { return other.kind == InputKind::acceleration; };
   if (accelerates(input) && std::any_of(plant.inputs.begin(), plant.inputs.end(), accelerates))
     cursor.at("kind").fail("one acceleration at most: it is that of the ground");
@@ -166,6 +189,7 @@ PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& place
   if (input.kind == InputKind::force) {
     const std::vector<std::string> movable = movable_names(plant);
     read_place(cursor, "on", movable, movable, input.from, input.to);
+    for (const std::string& node : {input.from, input.to}) require_rotary(cursor, plant, node, kind.rotary);
   }
   input.path = parse_drive_path(cursor);
   cursor.done();
@@ -182,7 +206,9 @@ Element read_element(const JsonCursor& cursor, const Plant& plant, Names& places
   Element element;
   element.name = places.read(cursor.at("name"));
   read_pair(cursor.at("between"), plant.node_names(), element.from, element.to);
-  for (const JsonCursor& law : read_list(cursor, "laws", "law")) element.laws.push_back(parse_law(law));
+  const bool rotary = is_rotary(plant, element);
+  for (const std::string& node : {element.from, element.to}) require_rotary(cursor.at("between"), plant, node, rotary);
+  for (const JsonCursor& law : read_list(cursor, "laws", "law")) element.laws.push_back(parse_law(law, rotary));
   const auto any = [&](LawRole role) {
     return std::any_of(element.laws.begin(), element.laws.end(),
                        [&](const Law& law) { return law.kind->role == role; });
@@ -203,7 +229,7 @@ Load read_load(const JsonCursor& cursor, const Plant& plant, Names& loads) {
   Load load;
   load.name = loads.read(cursor.at("name"));
   load.on = cursor.at("on").one_of(movable_names(plant));
-  load.force_n = cursor.at("force_n").number();
+  load.force_n = cursor.at(is_rotary(plant, load.on) ? "torque_nm" : "force_n").number();
   load.tolerance = parse_tolerance(cursor);
   cursor.done();
   return load;
@@ -212,13 +238,17 @@ Load read_load(const JsonCursor& cursor, const Plant& plant, Names& loads) {
 Sensor read_sensor(const JsonCursor& cursor, const Plant& plant, Names& channels) {
   Sensor sensor;
   sensor.name = channels.read(cursor.at("name"));
-  std::string kind;
-  std::tie(sensor.kind, kind, sensor.unit) = read_kind(cursor, kSensorKinds);
-  read_unit(cursor, sensor.unit, "a sensor of " + kind);
+  const KindName<SensorKind>& kind = read_kind(cursor, kSensorKinds);
+  sensor.kind = kind.kind;
+  sensor.unit = kind.unit;
+  read_unit(cursor, sensor.unit, std::string("a sensor of ") + kind.name);
   if (sensor.kind == SensorKind::force) {
     std::vector<std::string> elements;
     for (const Element& element : plant.elements) elements.push_back(element.name);
     sensor.element = cursor.at("element").one_of(elements);
+    const Element& read = plant.elements[static_cast<std::size_t>(plant.element(sensor.element))];
+    if (is_rotary(plant, read) != kind.rotary)
+      cursor.at("element").fail(kind.rotary ? "an element that turns" : "an element that slides");
     sensor.path = parse_sensor_path(cursor);
     cursor.done();
     return sensor;
@@ -231,6 +261,7 @@ Sensor read_sensor(const JsonCursor& cursor, const Plant& plant, Names& channels
     nodes.push_back(ground);
   }
   read_place(cursor, "of", movable, nodes, sensor.from, sensor.to);
+  for (const std::string& node : {sensor.from, sensor.to}) require_rotary(cursor, plant, node, kind.rotary);
   sensor.path = parse_sensor_path(cursor);
   cursor.done();
   return sensor;
@@ -272,7 +303,7 @@ void require_every_element_felt(const JsonCursor& cursor, const Plant& plant) {
 bool has_force_sensor(const Json& plant) {
   if (!plant.is_object() || !plant.contains("sensors") || !plant["sensors"].is_array()) return false;
   return std::any_of(plant["sensors"].begin(), plant["sensors"].end(), [](const Json& sensor) {
-    return sensor.is_object() && sensor.contains("kind") && sensor["kind"] == "force";
+    return sensor.is_object() && sensor.contains("kind") && (sensor["kind"] == "force" || sensor["kind"] == "torque");
   });
 }
 
@@ -327,16 +358,21 @@ Json to_json(const Plant& plant) {
   out["name"] = plant.name;
   out["masses"] = Json::array();
   for (const Mass& mass : plant.masses)
-    out["masses"].push_back({{"name", mass.name}, {"mass_kg", mass.mass_kg}, {"tolerance", mass.tolerance}});
+    out["masses"].push_back({{"name", mass.name},
+                             {mass.rotary ? "inertia_kg_m2" : "mass_kg", mass.mass_kg},
+                             {"tolerance", mass.tolerance}});
   if (!plant.points.empty()) out["points"] = Json::array();
   for (const Point& point : plant.points) {
     Json weights = Json::object();
     for (const auto& [mass, weight] : point.weights) weights[mass] = weight;
     out["points"].push_back({{"name", point.name}, {"weights", std::move(weights)}});
+    const bool carried = std::all_of(point.weights.begin(), point.weights.end(),
+                                     [&](const auto& weight) { return is_rotary(plant, weight.first); });
+    if (carried != point.rotary) out["points"].back()["unit"] = point.rotary ? "rad" : "m";
   }
   out["inputs"] = Json::array();
   for (const PlantInput& input : plant.inputs) {
-    Json item = {{"name", input.name}, {"kind", kind_name(input.kind, kInputKinds)}, {"unit", input.unit}};
+    Json item = {{"name", input.name}, {"kind", kind_name(input.kind, input.unit, kInputKinds)}, {"unit", input.unit}};
     if (input.kind == InputKind::force) write_place(item, "on", plant, input.from, input.to);
     if (input.held) item["hold_hz"] = input.hold_hz;
     item["interpolation"] = input.interpolation;
@@ -346,16 +382,18 @@ Json to_json(const Plant& plant) {
   out["elements"] = Json::array();
   for (const Element& element : plant.elements) {
     Json item = {{"name", element.name}, {"between", pair_json(element.from, element.to)}, {"laws", Json::array()}};
-    for (const Law& law : element.laws) item["laws"].push_back(to_json(law));
+    for (const Law& law : element.laws) item["laws"].push_back(to_json(law, is_rotary(plant, element)));
     out["elements"].push_back(std::move(item));
   }
   if (!plant.loads.empty()) out["loads"] = Json::array();
   for (const Load& load : plant.loads)
-    out["loads"].push_back(
-        {{"name", load.name}, {"on", load.on}, {"force_n", load.force_n}, {"tolerance", load.tolerance}});
+    out["loads"].push_back({{"name", load.name},
+                            {"on", load.on},
+                            {is_rotary(plant, load.on) ? "torque_nm" : "force_n", load.force_n},
+                            {"tolerance", load.tolerance}});
   out["sensors"] = Json::array();
   for (const Sensor& sensor : plant.sensors) {
-    Json item = {{"name", sensor.name}, {"kind", kind_name(sensor.kind, kSensorKinds)}};
+    Json item = {{"name", sensor.name}, {"kind", kind_name(sensor.kind, sensor.unit, kSensorKinds)}};
     if (sensor.kind == SensorKind::force)
       item["element"] = sensor.element;
     else

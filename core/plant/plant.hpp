@@ -21,6 +21,7 @@ struct Mass {
   std::string name;
   double mass_kg = 0;
   double tolerance = default_tolerance;
+  bool rotary = false;  ///< it turns, and the number is a moment of inertia [kg m^2], see rotary.hpp
 };
 
 /// A massless point that masses carry rigidly: its displacement is a fixed combination of theirs, sum of weight x_mass,
@@ -30,6 +31,7 @@ struct Mass {
 struct Point {
   std::string name;
   std::vector<std::pair<std::string, double>> weights;  ///< by mass
+  bool rotary = false;                                  ///< it turns
 };
 
 /// What a drive does: moves a node, pushes masses, or accelerates the ground, as a shaking table does. All
@@ -41,7 +43,7 @@ enum class InputKind { displacement, force, acceleration };
 struct PlantInput {
   std::string name;
   InputKind kind = InputKind::displacement;
-  std::string unit;  ///< "m", "N" or "m/s^2"
+  std::string unit;  ///< "m", "N" or "m/s^2"; "rad" or "N m" of what turns
   /// Samples of the drive a second, between which it is held (ZOH). Of a drive that is not held this is the rate of the
   /// samples that it runs through smoothly; a plant file does not give it, `with_drive_rate` finds it for records.
   double hold_hz = 0;
@@ -81,7 +83,7 @@ struct Sensor {
   /// Reads x_to - x_from; from = "ground" for a sensor `of` a mass. Empty for a force. An accelerometer reads absolute
   /// accelerations, also where the ground accelerates.
   std::string from, to;
-  std::string unit;          ///< "m", "m/s", "m/s^2" or "N"
+  std::string unit;          ///< "m", "m/s", "m/s^2" or "N"; "rad", "rad/s", "rad/s^2" or "N m" of what turns
   SensorPath path = {};      ///< from the ideal reading to the record
   std::string element = {};  ///< of a force sensor
 };
@@ -112,7 +114,7 @@ struct Plant {
 /// unknown node, law or key; element with one node only, or without a mass at either end unless a force sensor reads it
 /// (a damper on a dynamometer); mass that is not positive or that nothing touches; repeated name; wrong unit; tolerance
 /// outside (0, 1]; inputs of different hold rates, or held ones beside others; two accelerations of the ground; no
-/// input or sensor; no mass unless there is a force sensor.
+/// input or sensor; no mass unless there is a force sensor; something that turns joined to something that slides.
 Plant load_plant(const std::filesystem::path& file);
 Plant parse_plant(const JsonCursor& cursor);
 /// `parse_plant(to_json(plant))` gives the same plant.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/plant/rotary.hpp"
+
 namespace wheelhop {
 namespace {
 
@@ -77,13 +79,12 @@ Json segment_json(const Plant& plant, const Examination& examination) {
   return out;
 }
 
-Json regions_json(const StageExamination& stage) {
+Json regions_json(const Plant& plant, const StageExamination& stage) {
   Json out = Json::array();
   for (const RegionShare& region : stage.profile.regions) {
     if (out.empty() || out.back().at("variable") != region.variable)
-      out.push_back({{"variable", region.variable},
-                     {"unit", region.variable.ends_with(".velocity") ? "m/s" : "m"},
-                     {"bins", Json::array()}});
+      out.push_back(
+          {{"variable", region.variable}, {"unit", motion_unit(plant, region.variable)}, {"bins", Json::array()}});
     out.back()["bins"].push_back({{"from", rounded(region.from)},
                                   {"to", rounded(region.to)},
                                   {"share", rounded(region.share)},
@@ -134,8 +135,9 @@ std::vector<FigureAxis> axes_of(const Plant& plant, const Examination& examinati
                       (place_from(place).kind == PlaceKind::actuator && (drives(element.from) || drives(element.to)));
     if (!here) continue;
     const auto i = static_cast<Index>(e);
-    return {{element.name + " travel", "m", examination.unknown_motion.travel.row(i).transpose()},
-            {element.name + " velocity", "m/s", examination.unknown_motion.rate.row(i).transpose()}};
+    const std::string unit = is_rotary(plant, element) ? "rad" : "m";
+    return {{element.name + " travel", unit, examination.unknown_motion.travel.row(i).transpose()},
+            {element.name + " velocity", unit + "/s", examination.unknown_motion.rate.row(i).transpose()}};
   }
   return {};
 }
@@ -188,7 +190,7 @@ Json diagnosis_figures_json(const Plant& plant, const Examination& examination) 
   Json out = {{"schema", "wheelhop.diagnosis_figures/1"}, {"segment", Json()}, {"regions", Json::array()}};
   if (examination.stages[0].ran) out["segment"] = segment_json(plant, examination);
   if (const int stage = telling_stage(examination); stage >= 0) {
-    out["regions"] = regions_json(examination.stages[static_cast<std::size_t>(stage)]);
+    out["regions"] = regions_json(plant, examination.stages[static_cast<std::size_t>(stage)]);
     out["regions_of"] = kStageNames[static_cast<std::size_t>(stage)];
   }
   out["unknown_signal"] = unknown_json(plant, examination);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/plant/rotary.hpp"
 #include "experiments/diagnose/answer.hpp"
 
 namespace wheelhop {
@@ -227,7 +228,7 @@ std::string beyond_text(const BeyondEnvelope& beyond) {
   return text + (beyond.flagged ? ": do not trust it there" : "");
 }
 
-ViewTable kind_table(const Examination& examination) {
+ViewTable kind_table(const Plant& plant, const Examination& examination) {
   const int stage = telling_stage(examination);
   ViewTable table{
       "kind",
@@ -252,7 +253,7 @@ ViewTable kind_table(const Examination& examination) {
     std::replace(variable.begin(), variable.end(), '.', ' ');
     add("Stands out", fmt::format("{} of it in {} of the time, at {} {} to {} {}", share_text(region.share),
                                   share_text(region.time_share), variable, digits(region.from), digits(region.to),
-                                  variable.ends_with("velocity") ? "m/s" : "m"));
+                                  motion_unit(plant, region.variable)));
   }
   if (const UnknownSignal& unknown = examination.unknown; unknown.status == Status::ok)
     add("Signal that is missing",
@@ -300,24 +301,6 @@ std::size_t width_of(const std::string& text) {
       std::count_if(text.begin(), text.end(), [](unsigned char c) { return (c & 0xC0U) != 0x80; }));
 }
 
-/// Breaks a sentence into lines of a terminal.
-void print_wrapped(const std::string& text) {
-  constexpr std::size_t wide = 110;
-  std::size_t used = 0;
-  for (std::size_t from = 0; from < text.size();) {
-    const std::size_t to = std::min(text.find(' ', from), text.size());
-    const std::string word = text.substr(from, to - from);
-    if (used > 0 && used + 1 + width_of(word) > wide) {
-      fmt::print("\n");
-      used = 0;
-    }
-    fmt::print("{}{}", used > 0 ? " " : "", word);
-    used += (used > 0 ? 1 : 0) + width_of(word);
-    from = to + 1;
-  }
-  fmt::print("\n");
-}
-
 /// Texts to the left, numbers to the right.
 void print(const ViewTable& table) {
   std::vector<std::size_t> width(table.columns.size());
@@ -338,8 +321,7 @@ void print(const ViewTable& table) {
     }
     fmt::print("{}\n", text.substr(0, text.find_last_not_of(' ') + 1));
   };
-  fmt::print("\n");
-  print_wrapped(table.caption);
+  fmt::print("\n{}\n", table.caption);
   if (std::any_of(table.columns.begin(), table.columns.end(), [](const std::string& head) { return !head.empty(); }))
     line(table.columns);
   for (const auto& row : table.rows) line(row);
@@ -365,7 +347,7 @@ View view_of(const Plant& plant, const Diagnosis& diagnosis, const Examination* 
   add(places_table(evidence));
   add(place_pairs_table(evidence));
   if (examination) add(bands_table(*examination));
-  if (examination) add(kind_table(*examination));
+  if (examination) add(kind_table(plant, *examination));
   add(checks_table(diagnosis.follow_up));
   add(retuning_table(evidence));
   return view;
@@ -379,8 +361,8 @@ Json to_json(const View& view) {
 }
 
 void print(const View& view) {
-  print_wrapped(view.answer);
-  for (const std::string& note : view.notes) print_wrapped(note);
+  fmt::print("{}\n", view.answer);
+  for (const std::string& note : view.notes) fmt::print("{}\n", note);
   for (const ViewTable& table : view.tables) print(table);
 }
 

@@ -591,3 +591,67 @@ TEST_CASE("on a servo axis that nothing holds, friction and weight are named fro
   const Plant corrected = load_plant(folder / "d.plant.json");
   CHECK(get_parameter(corrected, "load:load_on_slide.force_n") == Approx(-0.1 * m).epsilon(0.1));
 }
+
+TEST_CASE("channels that were read at a lower rate are compared as they were read, and hide no effect", "[slow]") {
+  const Plant nominal = plant_from(quarter_car_text);
+  Plant truth = nominal;
+  truth.elements[0].laws.push_back({find_law("coulomb_friction"), {40, 0, 0.05, 0.005}});
+  for (const auto& [every, lines] : {std::pair<Index, bool>{4, false}, {7, false}, {5, true}}) {
+    CAPTURE(every, lines);
+    const Folder folder;
+    measure(folder, nominal, truth, 0.01);
+    RecordSet set = load_records(folder / "records.json", nominal.input_channels(), nominal.output_channels());
+    for (Record& record : set.records) {
+      auto travel = record.signal.y.row(0);
+      const Vector read = travel;
+      const Index last = (travel.size() - 1) / every * every;
+      for (Index k = 0; k < travel.size(); ++k) {
+        const Index before = k / every * every, after = std::min(before + every, last);
+        const double share = lines ? static_cast<double>(k - before) / static_cast<double>(every) : 0;
+        travel(k) = (1 - share) * read(before) + share * read(after);
+      }
+    }
+    write_records(folder.path(), set);
+    std::string out;
+    const Json d = diagnosis(folder, out);
+    INFO(out);
+    CHECK(d.at("which").at("named") == Json({"coulomb_friction@suspension"}));
+    CHECK(d.at("how_far").at("with_effect").at("misfit").get<double>() < 1.15);
+    REQUIRE(d.at("slow_channels").size() == 3);
+    CHECK(d.at("slow_channels")[0].at("channel") == "travel");
+    CHECK(d.at("slow_channels")[0].at("samples").get<double>() == Approx(static_cast<double>(every)).epsilon(0.01));
+    CHECK_THAT(out, Contains("travel was read at"));
+  }
+}
+
+TEST_CASE("a rotary axis is diagnosed in its own names and units", "[slow]") {
+  const std::string text = R"({
+    "name": "axis",
+    "masses": [{"name": "motor", "inertia_kg_m2": 0.02, "tolerance": 0.03},
+               {"name": "wheel", "inertia_kg_m2": 0.05, "tolerance": 0.03}],
+    "inputs": [{"name": "drive", "kind": "torque", "on": "motor", "unit": "N m", "hold_hz": 1000}],
+    "elements": [
+      {"name": "shaft", "between": ["motor", "wheel"], "laws": [
+        {"law": "linear_spring", "stiffness_nm_per_rad": 40},
+        {"law": "viscous_damper", "damping_nms_per_rad": 0.05, "tolerance": 0.15}]},
+      {"name": "bearing", "between": ["ground", "wheel"], "laws": [
+        {"law": "linear_spring", "stiffness_nm_per_rad": 8},
+        {"law": "viscous_damper", "damping_nms_per_rad": 0.04, "tolerance": 0.15}]}],
+    "sensors": [{"name": "phi", "kind": "angle", "of": "motor", "unit": "rad"},
+                {"name": "speed", "kind": "angular_velocity", "of": "wheel", "unit": "rad/s"},
+                {"name": "twist", "kind": "angle", "between": ["motor", "wheel"], "unit": "rad"}]})";
+  const Plant nominal = plant_from(text);
+  Plant truth = nominal;
+  truth.elements[1].laws.push_back({find_law("coulomb_friction"), {0.15, 0, 1, 0.02}});
+  const Folder folder;
+  measure(folder, nominal, truth, 0.01, 0, 1, 1.5);
+  std::string out;
+  const Json d = diagnosis(folder, out);
+  INFO(out);
+  CHECK(d.at("which").at("named") == Json({"coulomb_friction@bearing"}));
+  CHECK(d.at("which").at("effects")[0].at("parameters")[0].at("name") == "bearing.coulomb_friction.torque_nm");
+  CHECK(d.at("retuning")[0].at("name") == "motor.inertia_kg_m2");
+  CHECK_THAT(out, Contains("torque_nm = 0.1") && !Contains("_n_per_m"));
+  const Plant corrected = load_plant(folder / "d.plant.json");
+  CHECK(get_parameter(corrected, "bearing.coulomb_friction.force_n") == Approx(0.15).epsilon(0.1));
+}

@@ -4,11 +4,13 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <set>
 
 #include "core/base/random.hpp"
 #include "core/plant/dataset.hpp"
 #include "core/plant/linearise.hpp"
 #include "core/plant/road.hpp"
+#include "core/plant/rotary.hpp"
 #include "core/plant/simulate.hpp"
 #include "tests/support/plants.hpp"
 
@@ -425,4 +427,124 @@ TEST_CASE("rates that do not divide, wrong shapes and missing channels are refus
   CHECK_THROWS_WITH(simulate_record(plant, record), Contains("\"road\"") && Contains("pan"));
   record.inputs = {{"road", "mm"}};
   CHECK_THROWS_WITH(simulate_record(plant, record), Contains("in m") && Contains("mm"));
+}
+
+namespace {
+
+/// A motor and a load on a shaft, and a rack that the load moves.
+const char* const kTwoInertias = R"({
+  "name": "axis",
+  "masses": [{"name": "motor", "inertia_kg_m2": 0.02}, {"name": "load", "inertia_kg_m2": 0.05, "tolerance": 0.1}],
+  "points": [{"name": "rack", "weights": {"load": 0.03}, "unit": "m"}],
+  "inputs": [{"name": "drive", "kind": "torque", "on": "motor", "unit": "N m", "hold_hz": 1000}],
+  "elements": [
+    {"name": "shaft", "between": ["motor", "load"], "laws": [
+      {"law": "linear_spring", "stiffness_nm_per_rad": 40},
+      {"law": "viscous_damper", "damping_nms_per_rad": 0.02},
+      {"law": "bouc_wen", "torque_nm": 0.1, "yield_travel_rad": 0.002}]},
+    {"name": "bearing", "between": ["ground", "load"], "laws": [
+      {"law": "coulomb_friction", "torque_nm": 0.05, "velocity_rad_per_s": 0.1},
+      {"law": "linear_spring", "stiffness_nm_per_rad": 5}]},
+    {"name": "guide", "between": ["ground", "rack"], "laws": [{"law": "viscous_damper", "damping_ns_per_m": 3}]}],
+  "loads": [{"name": "weight", "on": "load", "torque_nm": 0.2}],
+  "sensors": [
+    {"name": "phi", "kind": "angle", "of": "motor", "unit": "rad"},
+    {"name": "twist", "kind": "angle", "between": ["motor", "load"], "unit": "rad"},
+    {"name": "speed", "kind": "angular_velocity", "of": "load", "unit": "rad/s"},
+    {"name": "jerk", "kind": "angular_acceleration", "of": "load", "unit": "rad/s^2"},
+    {"name": "cell", "kind": "torque", "element": "shaft", "unit": "N m"},
+    {"name": "x", "kind": "displacement", "of": "rack", "unit": "m"}]})";
+
+/// The same numbers under the names of what slides.
+std::string sliding(std::string text) {
+  for (const auto& [turns, slides] :
+       std::vector<std::pair<std::string, std::string>>{{"inertia_kg_m2", "mass_kg"},
+                                                        {"nms_per_rad", "ns_per_m"},
+                                                        {"nm_per_rad", "n_per_m"},
+                                                        {"rad_per_s", "m_per_s"},
+                                                        {"travel_rad", "travel_m"},
+                                                        {"torque_nm", "force_n"},
+                                                        {"angular_velocity", "velocity"},
+                                                        {"angular_acceleration", "acceleration"},
+                                                        {"\"angle\"", "\"displacement\""},
+                                                        {"\"torque\"", "\"force\""},
+                                                        {"N m", "N"},
+                                                        {"\"rad", "\"m"},
+                                                        {", \"unit\": \"m\"}],\n  \"inputs\"", "}],\n  \"inputs\""}})
+    for (std::size_t at = text.find(turns); at != std::string::npos; at = text.find(turns, at + slides.size()))
+      text.replace(at, turns.size(), slides);
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("what turns moves as what slides with the same numbers, and is written and read in its own names") {
+  const Plant turning = plant_from(kTwoInertias), slides = plant_from(sliding(kTwoInertias));
+  const Matrix drive = Matrix::Random(1, 2000);
+  const Simulation one = simulate(turning, drive), other = simulate(slides, drive);
+  REQUIRE(one.status == Status::ok);
+  CHECK(one.outputs == other.outputs);
+  const Json written = to_json(turning);
+  CHECK(to_json(parse_plant(JsonCursor::from(written, "plant.json"))) == written);
+  CHECK(written.dump().find("_n_per_m\"") == std::string::npos);
+  CHECK(written["elements"][0]["laws"][2].contains("yield_travel_rad"));
+  CHECK(written["elements"][2]["laws"][0].contains("damping_ns_per_m"));  // the rack slides
+  CHECK(written["sensors"][4]["kind"] == "torque");
+  // A name is shown as its file has it, and parameters are the same numbers in the same order.
+  const std::vector<PlantParameter> own = plant_parameters(turning), same = plant_parameters(slides);
+  REQUIRE(own.size() == same.size());
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    CHECK(own[i].value == same[i].value);
+    CHECK(shown_name(slides, same[i].name) == same[i].name);
+  }
+  CHECK(shown_name(turning, "motor.mass_kg") == "motor.inertia_kg_m2");
+  CHECK(shown_name(turning, "shaft.bouc_wen.yield_travel_m") == "shaft.bouc_wen.yield_travel_rad");
+  CHECK(shown_name(turning, "guide.viscous_damper.damping_ns_per_m") == "guide.viscous_damper.damping_ns_per_m");
+  CHECK(shown_name(turning, "load:weight.force_n") == "load:weight.torque_nm");
+  CHECK(shown_name(turning, "sensor:phi.gain") == "sensor:phi.gain");
+  CHECK(force_unit(turning, "shaft") == "N m");
+  CHECK(force_unit(turning, "guide:motor") == "N m");
+  CHECK(force_unit(turning, "guide") == "N");
+  CHECK(motion_unit(turning, "shaft.velocity") == "rad/s");
+  CHECK(motion_unit(turning, "guide.travel") == "m");
+}
+
+TEST_CASE("every key of every law has one name of what turns, which no other key has") {
+  for (const LawKind& kind : law_table()) {
+    std::set<std::string> turned;
+    for (const LawParameter& parameter : kind.parameters) {
+      CAPTURE(kind.name, parameter.name);
+      const std::string name = rotary_name(parameter.name);
+      CHECK(turned.insert(name).second);
+      // What has a length, a force or a mass in its unit is called otherwise; what has none keeps its name.
+      const bool counts = parameter.unit.find_first_of("mN") != std::string::npos || parameter.unit == "kg";
+      CHECK(((name != parameter.name) == (counts && !parameter.is_list) || parameter.name == "coefficients" ||
+            parameter.name == "per_m"));
+      CHECK(name.find("_n_per_m") == std::string::npos);
+    }
+  }
+  CHECK(rotary_name("per_m_2") == "per_rad_2");
+}
+
+TEST_CASE("what turns joined to what slides is refused, and the other name of a key said") {
+  const auto refused = [](std::string text, const std::string& what, const std::string& with, const std::string& says) {
+    const std::size_t at = text.find(what);
+    REQUIRE(at != std::string::npos);
+    text.replace(at, what.size(), with);
+    CAPTURE(with);
+    CHECK_THROWS_WITH(plant_from(text), Contains(says));
+  };
+  const std::string text = kTwoInertias;
+  refused(text, "stiffness_nm_per_rad", "stiffness_n_per_m", "stiffness_nm_per_rad");
+  refused(text, "\"inertia_kg_m2\": 0.05", "\"mass_kg\": 0.05", "something that turns");
+  refused(text, "\"inertia_kg_m2\": 0.02", "\"inertia_kg_m2\": 0.02, \"mass_kg\": 1", "no mass beside");
+  refused(text, "\"kind\": \"torque\", \"on\"", "\"kind\": \"force\", \"on\"", "unit");
+  refused(text, "\"kind\": \"angle\", \"of\": \"motor\", \"unit\": \"rad\"",
+          "\"kind\": \"displacement\", \"of\": \"motor\", \"unit\": \"m\"", "something that slides");
+  refused(text, "\"kind\": \"displacement\", \"of\": \"rack\", \"unit\": \"m\"",
+          "\"kind\": \"angle\", \"of\": \"rack\", \"unit\": \"rad\"", "something that turns");
+  refused(text, "\"kind\": \"torque\", \"element\": \"shaft\"", "\"kind\": \"torque\", \"element\": \"guide\"",
+          "an element that turns");
+  refused(text, "torque_nm", "force_n", "torque_nm");
+  refused(text, "\"between\": [\"ground\", \"rack\"]", "\"between\": [\"motor\", \"rack\"]", "something that turns");
 }

@@ -17,7 +17,7 @@ std::shared_ptr<const Effect> make_added_mode(const EffectOptions&) {
         const double omega = 2 * std::numbers::pi * mode_hz;
         const double stiffness = mass_kg * omega * omega, damping = 2 * damping_ratio * mass_kg * omega;
         Plant with_mode = plant;
-        with_mode.masses.push_back({mode, mass_kg});
+        with_mode.masses.push_back({mode, mass_kg, default_tolerance, host.rotary});
         Element spring{mode + "_mount", host.name, mode, {}};
         for (const auto& [law, value] : {std::pair{"linear_spring", stiffness}, std::pair{"viscous_damper", damping}}) {
           Law added;

@@ -80,7 +80,7 @@ std::vector<InstrumentFault> wrong_factors(const Plant& plant, const std::vector
                       static_cast<double>(faults.size());
   const auto off_by = [&](double factor) { return std::abs(mean / factor - 1) < kUnitError; };
   const bool in_g = std::all_of(plant.sensors.begin(), plant.sensors.end(),
-                                [](const Sensor& sensor) { return sensor.kind == SensorKind::acceleration; }) &&
+                                [](const Sensor& sensor) { return sensor.unit == "m/s^2"; }) &&
                     (off_by(kGravity) || off_by(1 / kGravity));
   if (in_g) return faults;
   return {{"gain_error", actuator_of(plant, plant.inputs.front()), mean}};
@@ -212,7 +212,7 @@ std::vector<InstrumentFault> gross_faults(const PlantFit& fit, const std::vector
   const bool scaled = !faults.empty();
   const bool drive = scaled && place_from(faults.front().location).kind == PlaceKind::actuator;
   for (std::size_t j = 0; j < channels.size(); ++j) {
-    if (fit.plant.sensors[j].kind != SensorKind::acceleration) continue;
+    if (fit.plant.sensors[j].unit != "m/s^2") continue;  // gravity turns nothing
     const Regression& own = channels[j];
     const bool off = drive || std::any_of(faults.begin(), faults.end(), [&](const InstrumentFault& fault) {
                        return fault.location == location_of_sensor(fit.plant, j);

@@ -12,6 +12,7 @@
 #include "core/plant/butterworth.hpp"
 #include "core/plant/dataset.hpp"
 #include "core/plant/linearise.hpp"
+#include "core/plant/rotary.hpp"
 
 namespace wheelhop {
 namespace {
@@ -196,7 +197,9 @@ std::vector<MenuSensor> menu_sensors(const Plant& plant) {
     });
     if (!known)
       list.push_back({"with a sensor: " + what,
-                      {"menu:" + what, kind, from, to, kind == SensorKind::acceleration ? "m/s^2" : "m"}});
+                      {"menu:" + what, kind, from, to,
+                       std::string(is_rotary(plant, to) || is_rotary(plant, from) ? "rad" : "m") +
+                           (kind == SensorKind::acceleration ? "/s^2" : "")}});
   };
   for (const Mass& mass : plant.masses)
     offer(SensorKind::acceleration, "ground", mass.name, "acceleration of " + mass.name);

@@ -8,6 +8,7 @@
 #include "core/data/spectra.hpp"
 #include "core/gap/where/probe.hpp"
 #include "core/plant/linearise.hpp"
+#include "core/plant/rotary.hpp"
 
 namespace wheelhop {
 namespace {
@@ -339,7 +340,7 @@ UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& 
   z.leftCols(kept) = residual_of(fit, records, i).rightCols(kept);
   // What the plant still swings with from before the record, and goes on with behind it, is no force at its ends.
   z.leftCols(kept) *= fade_window(kept).asDiagonal();
-  result.unit = "N";
+  result.unit = force_unit(fit.plant, location);
   result.band_hz = std::min(excited_band_hz(fit.plant, record), 0.4 / sample_time_s);
   const double line_hz = 1 / (2 * static_cast<double>(N) * sample_time_s);
   const Index used = std::min<Index>(N, static_cast<Index>(result.band_hz / line_hz)) + 1;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/data/spectra.hpp"
+#include "core/plant/rotary.hpp"
 
 namespace wheelhop {
 namespace {
@@ -54,7 +55,7 @@ Plant plant_with_force(const Plant& plant, ForcePlace place) {
   PlantInput force;
   force.name = "probe between " + place.from + " and " + place.to;
   force.kind = InputKind::force;
-  force.unit = "N";
+  force.unit = is_rotary(plant, place.to) || is_rotary(plant, place.from) ? "N m" : "N";
   force.hold_hz = plant.hold_hz();
   force.held = plant.held();
   force.from = place.from;

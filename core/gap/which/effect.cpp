@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "core/plant/rotary.hpp"
+
 namespace wheelhop {
 
 namespace {
@@ -31,7 +33,8 @@ std::string undefined_size(const EffectCandidate& candidate, const Plant& fitted
   for (const Plausible& plausible : candidate.plausible) {
     const double value = get_parameter(fitted, plausible.parameter);
     if (plausible.defining && plausible.deviation(value) > kUndefined)
-      return fmt::format("{} {:.2g}, usually {:g} to {:g}", plausible.parameter, value, plausible.low, plausible.high);
+      return fmt::format("{} {:.2g}, usually {:g} to {:g}", shown_name(fitted, plausible.parameter), value,
+                         plausible.low, plausible.high);
   }
   return "";
 }

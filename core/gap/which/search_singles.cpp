@@ -9,6 +9,7 @@
 #include "core/gap/where/probe.hpp"
 #include "core/gap/which/force_screen.hpp"
 #include "core/gap/which/search.hpp"
+#include "core/plant/rotary.hpp"
 
 namespace wheelhop {
 namespace {
@@ -36,7 +37,8 @@ std::vector<FittedParameter> fitted_parameters(const PlantFit& fit, const std::v
   for (std::size_t i = first; i < list.size(); ++i) {
     const double variance =
         fit.covariance.size() > 0 ? fit.covariance(static_cast<Index>(i), static_cast<Index>(i)) : 0.0;
-    out.push_back({list[i].name, get_parameter(fit.plant, list[i].name), std::sqrt(variance) * list[i].scale});
+    out.push_back({shown_name(fit.plant, list[i].name), get_parameter(fit.plant, list[i].name),
+                   std::sqrt(variance) * list[i].scale});
   }
   return out;
 }
@@ -54,7 +56,8 @@ CandidateEvidence evidence_of(const Search& search, const Hypothesis& hypothesis
     for (const Plausible& plausible : effect.plausible) {
       if (!plausible.defining) continue;
       const double value = get_parameter(hypothesis.fit.plant, plausible.parameter);
-      own.defining.push_back({plausible.parameter, value, plausible.low, plausible.high, plausible.deviation(value)});
+      own.defining.push_back({shown_name(hypothesis.fit.plant, plausible.parameter), value, plausible.low,
+                              plausible.high, plausible.deviation(value)});
     }
     out.effects.push_back(std::move(own));
   }
