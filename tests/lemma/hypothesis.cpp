@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "core/data/metrics.hpp"
 #include "core/gap/which/correction.hpp"
 #include "core/gap/which/hypothesis.hpp"
 #include "core/gap/which/parameter_label.hpp"

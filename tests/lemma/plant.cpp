@@ -519,7 +519,7 @@ TEST_CASE("every key of every law has one name of what turns, which no other key
       // What has a length, a force or a mass in its unit is called otherwise; what has none keeps its name.
       const bool counts = parameter.unit.find_first_of("mN") != std::string::npos || parameter.unit == "kg";
       CHECK(((name != parameter.name) == (counts && !parameter.is_list) || parameter.name == "coefficients" ||
-            parameter.name == "per_m"));
+             parameter.name == "per_m"));
       CHECK(name.find("_n_per_m") == std::string::npos);
     }
   }

@@ -81,16 +81,17 @@ TEST_CASE("repeated readings and lines between readings are seen, at whole and o
     const double last = static_cast<double>(N) - 2 * every;  // behind the last reading nothing tells it
     CHECK((again - y).leftCols(static_cast<Index>(last)).cwiseAbs().maxCoeff() < 2e-2 * (lines ? 1 : 1e-12));
     CHECK(again.row(0) == y.row(0));
+    const double exact = lines ? 5e-3 : 1e-9;  // a bend that is hardly one is not seen
     Matrix itself = y;
     as_logged(slow, itself);
-    CHECK((itself - y).cwiseAbs().maxCoeff() < 1e-9);
+    CHECK((itself - y).cwiseAbs().maxCoeff() < exact);
     // Any part of it too, but for what was read before it begins.
     const Index begin = 100 + random.integer(500), count = 1000;
     const std::vector<SlowChannel> part = part_of(slow, begin, count);
     Matrix middle = y.middleCols(begin, count);
     as_logged(part, middle);
     const auto known = static_cast<Index>(std::ceil(2 * every));
-    CHECK((middle - y.middleCols(begin, count)).middleCols(known, count - 2 * known).cwiseAbs().maxCoeff() < 1e-9);
+    CHECK((middle - y.middleCols(begin, count)).middleCols(known, count - 2 * known).cwiseAbs().maxCoeff() < exact);
   }
   for (int trial = 0; trial < 60; ++trial) {
     CAPTURE(trial);
@@ -133,11 +134,13 @@ TEST_CASE("the mean response of a slow channel is that of its readings to a sine
 }
 
 TEST_CASE("of a slow channel a fit compares what was read, and the floor is that of the readings") {
-  const Plant plant = plant_from(quarter_car_text);
+  Plant plant = plant_from(quarter_car_text);
+  plant.inputs[0].interpolation = "zoh";
   Random random = numbers(43);
   Matrix drive(1, 4000 * 5);
   double state = 0;
-  for (Index k = 0; k < drive.cols(); ++k) drive(0, k) = 0.004 * (state = 0.98 * state + 0.2 * random.normal());
+  for (Index k = 0; k < drive.cols(); ++k)  // held between the samples of the record
+    drive(0, k) = k % 5 > 0 ? drive(0, k - 1) : 0.004 * (state = 0.9 * state + 0.4 * random.normal());
   RecordSet set;
   set.sampling_hz = 200;
   Record record{"a.csv", "estimation", "", 0, generate_record(plant, drive, 200).signal};
@@ -154,8 +157,7 @@ TEST_CASE("of a slow channel a fit compares what was read, and the floor is that
   CHECK(slow_outputs(set).size() == 2);
   CHECK(slow_outputs(set)[0].rate_hz == Approx(50).epsilon(0.01));
   const NoiseFloor floor = noise_floor(set);
-  CHECK(coarse > 5);  // of the staircase
-  CHECK(floor.std(0) / noise(0) < 3);
+  CHECK(floor.std(0) / noise(0) < 0.7 * coarse);  // which counts the steps of the staircase
   CHECK(floor.colour == Approx(4).epsilon(0.01));
   const FitRecord made = fit_record(plant, set.records[0].signal, noise);
   const PlantFit fit = fit_plant(plant, tolerance_parameters(plant), {made}, *make_levenberg_marquardt({}), {20});

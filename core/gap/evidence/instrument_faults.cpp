@@ -26,6 +26,9 @@ constexpr Index kWindows = 8;         // of a record, in each of which a delay i
 constexpr double kLeastSamples = 3;   // that a clock is off by at the end of a record
 constexpr double kOnLine = 0.1;       // scatter of the delays about their line, over what the line spans
 
+/// True of an accelerometer; what reads an angle's turns with the ground's gravity as without.
+bool feels_gravity(const Sensor& sensor) { return sensor.kind == SensorKind::acceleration && sensor.unit != "rad/s^2"; }
+
 /// Regression of a channel on what the plant makes of the drive.
 struct Regression {
   double count = 0, y = 0, plant = 0, yy = 0, yp = 0, pp = 0;
@@ -79,8 +82,7 @@ std::vector<InstrumentFault> wrong_factors(const Plant& plant, const std::vector
                                       [](double sum, const InstrumentFault& one) { return sum + one.value; }) /
                       static_cast<double>(faults.size());
   const auto off_by = [&](double factor) { return std::abs(mean / factor - 1) < kUnitError; };
-  const bool in_g = std::all_of(plant.sensors.begin(), plant.sensors.end(),
-                                [](const Sensor& sensor) { return sensor.unit == "m/s^2"; }) &&
+  const bool in_g = std::all_of(plant.sensors.begin(), plant.sensors.end(), feels_gravity) &&
                     (off_by(kGravity) || off_by(1 / kGravity));
   if (in_g) return faults;
   return {{"gain_error", actuator_of(plant, plant.inputs.front()), mean}};
@@ -212,7 +214,7 @@ std::vector<InstrumentFault> gross_faults(const PlantFit& fit, const std::vector
   const bool scaled = !faults.empty();
   const bool drive = scaled && place_from(faults.front().location).kind == PlaceKind::actuator;
   for (std::size_t j = 0; j < channels.size(); ++j) {
-    if (fit.plant.sensors[j].unit != "m/s^2") continue;  // gravity turns nothing
+    if (!feels_gravity(fit.plant.sensors[j])) continue;
     const Regression& own = channels[j];
     const bool off = drive || std::any_of(faults.begin(), faults.end(), [&](const InstrumentFault& fault) {
                        return fault.location == location_of_sensor(fit.plant, j);
