@@ -26,9 +26,10 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
   std::vector<std::string> fitted_names;
   for (const Measured& measured : merge_repeats(set)) {
     const bool held_out = measured.role == "validation";
-    (held_out ? out.records : fitted)
-        .push_back(
-            fit_record(plants[0], measured.signal, floor.std / std::sqrt(static_cast<double>(measured.repeats))));
+    FitRecord record =
+        fit_record(plants[0], measured.signal, floor.std / std::sqrt(static_cast<double>(measured.repeats)));
+    record.start = measured.start;
+    (held_out ? out.records : fitted).push_back(std::move(record));
     (held_out ? out.names : fitted_names).push_back(measured.name);
   }
   out.held_out = !out.records.empty();
