@@ -14,7 +14,8 @@ namespace wheelhop {
 /// What is known of the state in which a record begins. What is not told is free: a fit finds it.
 struct KnownStart {
   bool rest = false;  ///< everything is at rest, in equilibrium under the first sample of the drives
-  std::map<std::string, double> displacement_m, velocity_m_per_s;  ///< by mass of a plant
+  /// By mass of a plant; of one that turns in rad and rad/s.
+  std::map<std::string, double> displacement_m, velocity_m_per_s;
 
   bool operator==(const KnownStart&) const = default;
 };

@@ -28,10 +28,11 @@ std::vector<SlowOutput> slow_outputs(const RecordSet& set);
 /// @param y p x n, from the record's first sample on
 void as_logged(const std::vector<SlowChannel>& slow, Matrix& y);
 
-/// The same channels in samples [begin, begin + count) of a record.
+/// The same channels in samples [begin, begin + count) of a record. What was read outside of the part is not known
+/// there: its first or last sample stands for it.
 std::vector<SlowChannel> part_of(const std::vector<SlowChannel>& slow, Index begin, Index count);
 
-/// Samples of a row that were read, in their order: all of them if the channel is not slow.
+/// Samples of a row (N) that were read, in their order: all of them if the channel is not slow.
 Vector readings_of(const SlowChannel& slow, ConstVectorRef row);
 
 /// Mean factor with which a slow channel shows a sine, besides its images at other frequencies: of one that repeats

@@ -29,7 +29,8 @@ constexpr std::size_t kGroups = 4;       // of the columns of a Jacobian: each g
 constexpr double kAtOnceBytes = 2.56e8;  // of columns that are computed beside one another, where all are not kept
 constexpr Index kLeastAtOnce = 16;       // whatever their size: a further pass simulates the plant once more
 constexpr double kForgotten = 14;        // e-folds after which an initial state counts as forgotten
-constexpr double kLeastMemory = 1e-12;   // scale of a memory that never moves, in its unit
+// Least scale of a memory, in its unit. It only keeps the scale of one that never moves above zero.
+constexpr double kLeastMemory = 1e-12;
 
 /// Values a parameter may take: its range and the start itself; of one that is known within a tolerance, on the side of
 /// 0 where it is known to lie.

@@ -30,7 +30,8 @@ std::string force_unit(const Plant& plant, const std::string& location);
 /// Unit of "ELEMENT.travel" or "ELEMENT.velocity": m or m/s, rad or rad/s.
 std::string motion_unit(const Plant& plant, const std::string& variable);
 
-/// A parameter's name as users read it. @param parameter of plant_parameters()
+/// A parameter's name as users read it: "motor.mass_kg" of a rotary mass is "motor.inertia_kg_m2".
+/// @param parameter of plant_parameters(); any other text comes back as it is
 std::string shown_name(const Plant& plant, const std::string& parameter);
 
 }  // namespace wheelhop
