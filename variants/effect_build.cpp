@@ -71,8 +71,7 @@ EffectCandidate with_law(const Plant& plant, std::size_t element, const std::str
                          const std::string& law, std::vector<double> values,
                          const std::vector<std::pair<std::string, double>>& moved) {
   EffectCandidate candidate;
-  candidate.effect = effect;
-  candidate.form = form;
+  candidate.labels = {{effect, form}};
   candidate.plant = plant;
   Element& place = candidate.plant.elements[element];
   candidate.location = location_of(place);
@@ -98,15 +97,31 @@ EffectCandidate with_law(const Plant& plant, std::size_t element, const std::str
 EffectCandidate with_path(const Plant& plant, const std::string& effect, const std::string& location,
                           const std::string& form, const std::vector<EffectParameter>& parameters) {
   EffectCandidate candidate;
-  candidate.effect = effect;
+  candidate.labels = {{effect, form}};
   candidate.location = location;
-  candidate.form = form;
   candidate.plant = plant;
   for (const EffectParameter& parameter : parameters) {
     // A drive that is not held has no hold interval, of which this is a share.
     if (!plant.held() && parameter.name.ends_with(".sampling_phase")) continue;
     set_parameter(candidate.plant, parameter.name, parameter.value);
     candidate.parameters.push_back({parameter.name, parameter.scale, 0});
+  }
+  return candidate;
+}
+
+EffectCandidate with_yielding(const Plant& plant, const LawPlace& place, const std::string& first, double force,
+                              double yield) {
+  const std::string other = first == "hysteresis" ? "coulomb_friction" : "hysteresis";
+  const auto form = [](const std::string& effect) { return effect == "hysteresis" ? "Bouc-Wen" : "presliding"; };
+  EffectCandidate candidate = with_law(plant, place, first, form(first), "bouc_wen", {force, yield, 1, 0.5, 0},
+                                       {{"force_n", third(force)}, {"yield_travel_m", third(yield)}});
+  followed_by_steps(candidate, place.operation);
+  for (const std::string& effect : {first, other}) {
+    if (effect == other) also_called(candidate, other, form(other));
+    if (effect == "hysteresis")
+      plausibly(candidate, "yield_travel_m", kLeastYield, kMostYield);
+    else
+      plausibly(candidate, "yield_travel_m", kLeastPresliding, kMostPresliding);
   }
   return candidate;
 }
@@ -170,7 +185,7 @@ void plausibly(EffectCandidate& candidate, const std::string& parameter, double 
   for (const FitParameter& own : candidate.parameters)
     if (own.name.ends_with("." + parameter)) {
       const bool strength = own.name == candidate.parameters.front().name;
-      candidate.plausible.push_back({own.name, low, high, strength ? candidate.ideal : 0});
+      candidate.labels.back().plausible.push_back({own.name, low, high, strength ? candidate.ideal : 0});
       return;
     }
   throw std::invalid_argument("plausibly: the candidate does not move " + parameter);
@@ -182,9 +197,13 @@ void followed_by_steps(EffectCandidate& candidate, const ElementOperation& opera
     if (parameter.name.ends_with(".yield_travel_m")) parameter.least = 0.5 * 3 * operation.rate_rms_m_per_s * step_s;
 }
 
+void also_called(EffectCandidate& candidate, const std::string& effect, const std::string& form) {
+  candidate.labels.push_back({effect, form});
+}
+
 void defined_by(EffectCandidate& candidate, const std::string& parameter, double low, double high) {
   plausibly(candidate, parameter, low, high);
-  candidate.plausible.back().defining = true;
+  candidate.labels.back().plausible.back().defining = true;
 }
 
 void typically(EffectCandidate& candidate, const std::string& parameter, double value) {

@@ -67,7 +67,22 @@ bool has_damper(const Element& element);
 /// Stiffness [N/m] at zero travel; 0 where the element has none.
 double stiffness_at_rest(const Element& element);
 
-/// Adds where the literature puts the parameter of that last part of a name ("force_n").
+/// Travel of sliding friction before it slides [m]: metal slides after 10 to 100 micrometres (B. Armstrong-Helouvry et
+/// al. 1994, Automatica 30(7)), a seal after up to a millimetre.
+inline constexpr double kLeastPresliding = 2e-5, kMostPresliding = 1e-3;
+/// Yield travel of bushings and struts with hysteresis [m]: a judgement.
+inline constexpr double kLeastYield = 2e-4, kMostYield = 5e-3;
+
+/// Bouc and Wen's law in its plain form at a place: a force that is reached after an elastic travel. It has two labels,
+/// as the yield travel is that of presliding or of a deforming bushing: "presliding" of coulomb_friction and "Bouc-Wen"
+/// of hysteresis.
+/// @param first the effect whose label comes first   @param force [N]   @param yield travel [m] to start at
+EffectCandidate with_yielding(const Plant& plant, const LawPlace& place, const std::string& first, double force,
+                              double yield);
+
+/// Gives the candidate one more label. What is plausible from then on is so by this one.
+void also_called(EffectCandidate& candidate, const std::string& effect, const std::string& form);
+/// Adds where the literature puts the parameter of that last part of a name ("force_n"), under the last label.
 void plausibly(EffectCandidate& candidate, const std::string& parameter, double low, double high);
 /// Keeps fits of a yield travel of Bouc and Wen's law from where an element at three times its RMS speed yields faster
 /// than their steps follow. To the records such friction is Coulomb's; the derivatives of too long steps grow without

@@ -44,8 +44,9 @@ std::vector<Check> checks_of(const Study& study, const Hypothesis& retuned, cons
                                   theta.squaredNorm(), retuned.fit.theta.squaredNorm(),
                                   study.tolerances[static_cast<std::size_t>(most)].name, theta(most))});
   }
-  checks.push_back({"sizes are those of the literature", answer.plausibility > kPlausible,
-                    fmt::format("log density {:.1f} against the middle of what is usual", answer.plausibility)});
+  const double plausibility = candidate_of(evidence, std::get<Effects>(verdict.answer)).log_plausibility;
+  checks.push_back({"sizes are those of the literature", plausibility > kPlausible,
+                    fmt::format("log density {:.1f} against the middle of what is usual", plausibility)});
   for (const Suspect& suspect : verdict.suspects) {
     if (is_named(verdict, suspect)) continue;
     if (std::isnan(suspect.closure.value)) break;  // the held-out records have no gap that it could close

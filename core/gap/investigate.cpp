@@ -46,7 +46,7 @@ std::vector<LatticeEvidence> lattices_of(const Study& study, const Hypothesis& r
   for (Index j = 0; j < record.quantum.size(); ++j) {
     const std::string& channel = study.nominal.sensors[static_cast<std::size_t>(j)].name;
     const bool offered = std::any_of(candidates.begin(), candidates.end(), [&](const EffectCandidate& candidate) {
-      return candidate.effect == "quantisation" && candidate.location == "sensor:" + channel;
+      return candidate.label().effect == "quantisation" && candidate.location == "sensor:" + channel;
     });
     const double rounding = record.quantum(j) / std::sqrt(12.0);
     if (record.quantum(j) > 0 && offered)
@@ -131,7 +131,7 @@ double farthest(const PlantFit& fit, std::size_t count) {
   return own > 0 ? fit.theta.head(own).cwiseAbs().maxCoeff() : 0;
 }
 
-/// What a set of effects is known by: their names in the order in which they were added.
+/// What a set of effects is known by: their names by first labels, in the order in which they were added.
 std::string names_of(const Hypothesis& hypothesis) {
   std::string names;
   for (const EffectCandidate& effect : hypothesis.effects) names += name_of(effect) + " ";
@@ -153,7 +153,7 @@ CandidateEvidence& evidence_of(Investigation& found, const Effects& effects) {
 /// The hypothesis behind an answer that is a plant; null for one that is none.
 Hypothesis* answer_of(Investigation& found) {
   if (const auto* effects = std::get_if<Effects>(&found.verdict.answer))
-    return effects->parameter ? &found.beside.fits.front() : &candidates_of(found, *effects).fits[effects->candidate];
+    return effects->parameter ? &found.beside.fits.front() : &candidates_of(found, *effects).fit_of(effects->candidate);
   if (const auto* parameters = std::get_if<Parameters>(&found.verdict.answer)) {
     Hypothesis& own = found.freed.fits[parameters->freed];
     return own.fit.error.empty() ? nullptr : &own;
@@ -171,15 +171,17 @@ void judge(const Setting& setting, const Changes& changes, Investigation& found)
   found.verdict = decide(evidence, setting.options.thresholds);
 }
 
-/// The pair that leaves least of those not in `grown`, if it does not leave far more than the best one; the number of
-/// pairs for none.
+/// The pair that leaves least of those whose fit is not in `grown`, if it does not leave far more than the best one;
+/// the number of candidates for none.
 std::size_t runner_up(const Investigation& found, const std::set<std::string>& grown) {
-  const std::vector<Hypothesis>& pairs = found.sets.pairs.fits;
+  const std::vector<CandidateEvidence>& pairs = found.sets.pairs.evidence;
   const double floor = found.evidence.samples;
   std::size_t best = pairs.size(), least = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (pairs[i].chi2 < pairs[least].chi2) least = i;
-    if (!grown.contains(names_of(pairs[i])) && (best == pairs.size() || pairs[i].chi2 < pairs[best].chi2)) best = i;
+    if (!grown.contains(names_of(found.sets.pairs.fit_of(i))) &&
+        (best == pairs.size() || pairs[i].chi2 < pairs[best].chi2))
+      best = i;
   }
   const double far = found.search->effort.far_behind;
   return best < pairs.size() && pairs[best].chi2 - floor < far * (pairs[least].chi2 - floor) ? best : pairs.size();
@@ -196,12 +198,12 @@ void judge_larger(const Setting& setting, Investigation& found) {
     if (next.count < 2) return;
     const auto* effects = std::get_if<Effects>(&found.verdict.answer);
     const bool pending = effects == nullptr || effects->count < next.count;
-    const bool again = grown.contains(names_of(candidates_of(found, next).fits[next.candidate]));
+    const bool again = grown.contains(names_of(candidates_of(found, next).fit_of(next.candidate)));
     const double left = candidate_of(evidence, next).chi2 / evidence.samples - 1;
     if ((pending || again) && !(left > thresholds.much_left)) return;
     if (again) next = {2, runner_up(found, grown), false};
-    if (next.candidate == candidates_of(found, next).fits.size()) return;  // no other pair
-    grown.insert(names_of(candidates_of(found, next).fits[next.candidate]));
+    if (next.candidate == candidates_of(found, next).evidence.size()) return;  // no other pair
+    grown.insert(names_of(candidates_of(found, next).fit_of(next.candidate)));
     grow(*found.search, evidence, next.count, next.candidate, pending, found.sets);
     evidence.pairs = found.sets.pairs.evidence;
     evidence.larger = found.sets.larger.evidence;

@@ -67,9 +67,11 @@ void draw(const Plant& plant, const Examination& examination, const DiagnoseRequ
 CandidateList catalogue_without(std::vector<std::string> left_out) {
   return [left_out = std::move(left_out)](const Plant& plant, const Operation& operation) {
     std::vector<EffectCandidate> candidates = effect_candidates(plant, operation);
-    std::erase_if(candidates, [&](const EffectCandidate& candidate) {
-      return std::find(left_out.begin(), left_out.end(), candidate.effect) != left_out.end();
-    });
+    const auto is_out = [&](const Label& label) {
+      return std::find(left_out.begin(), left_out.end(), label.effect) != left_out.end();
+    };
+    std::erase_if(candidates, [&](const EffectCandidate& candidate) { return is_out(candidate.label()); });
+    for (EffectCandidate& candidate : candidates) std::erase_if(candidate.labels, is_out);
     return candidates;
   };
 }

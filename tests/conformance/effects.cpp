@@ -67,15 +67,16 @@ TEST_CASE("candidates stand at places of the plant, name parameters it has, and 
     for (const Sensor& sensor : c.plant.sensors) places.insert("sensor:" + sensor.name);
     std::set<std::string> seen;
     for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation)) {
-      CAPTURE(c.plant.name, candidate.effect, candidate.location, candidate.form);
+      CAPTURE(c.plant.name, candidate.label().effect, candidate.location, candidate.label().form);
       CHECK(places.count(candidate.location) == 1);
-      seen.insert(candidate.effect);
-      CHECK(candidate.parameters.empty() == (candidate.effect == "quantisation"));
-      for (const Plausible& plausible : candidate.plausible) {
-        CHECK(0 < plausible.low);
-        CHECK(plausible.low < plausible.high);
-        CHECK_NOTHROW(get_parameter(candidate.plant, plausible.parameter));
-      }
+      seen.insert(candidate.label().effect);
+      CHECK(candidate.parameters.empty() == (candidate.label().effect == "quantisation"));
+      for (const Label& label : candidate.labels)
+        for (const Plausible& plausible : label.plausible) {
+          CHECK(0 < plausible.low);
+          CHECK(plausible.low < plausible.high);
+          CHECK_NOTHROW(get_parameter(candidate.plant, plausible.parameter));
+        }
       for (const FitParameter& parameter : candidate.parameters) {
         CHECK(parameter.scale > 0);
         CHECK_NOTHROW(get_parameter(candidate.plant, parameter.name));
@@ -89,13 +90,37 @@ TEST_CASE("candidates stand at places of the plant, name parameters it has, and 
   }
 }
 
+TEST_CASE("candidates of one form at one place differ by the sizes alone that a fit moves, and labels by their names") {
+  for (const Case& c : cases()) {
+    const std::vector<EffectCandidate> candidates = effect_candidates(c.plant, c.operation);
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      const EffectCandidate& one = candidates[i];
+      CAPTURE(c.plant.name, name_of(one), one.label().form);
+      CHECK(same_form(one, one));
+      std::set<std::string> effects;
+      for (const Label& label : one.labels) effects.insert(label.effect);
+      CHECK(effects.size() == one.labels.size());
+      for (std::size_t j = i + 1; j < candidates.size(); ++j) {
+        EffectCandidate other = candidates[j];
+        if (!same_form(one, other)) continue;
+        CHECK(same_form(other, one));
+        CHECK(other.labels.size() == one.labels.size());
+        REQUIRE(other.parameters.size() == one.parameters.size());
+        for (const FitParameter& parameter : one.parameters)
+          set_parameter(other.plant, parameter.name, get_parameter(one.plant, parameter.name));
+        CHECK(to_json(other.plant) == to_json(one.plant));
+      }
+    }
+  }
+}
+
 TEST_CASE("a proportional effect acts more the stronger it is, and at its ideal strength the plant is as before") {
   for (const Case& c : cases()) {
     Vector base;
     REQUIRE(plant_residual(c.plant, {c.record}, {c.rest}, base));
     for (EffectCandidate candidate : effect_candidates(c.plant, c.operation)) {
       if (!candidate.proportional || candidate.parameters.size() != 1) continue;
-      CAPTURE(c.plant.name, candidate.effect, candidate.location, candidate.form);
+      CAPTURE(c.plant.name, candidate.label().effect, candidate.location, candidate.label().form);
       const std::string& name = candidate.parameters.front().name;
       const double typical = get_parameter(candidate.plant, name) - candidate.ideal;
       const auto change = [&](double strength) {
@@ -117,7 +142,7 @@ TEST_CASE("the screen finds the effect that is missing, at its place, and nothin
   REQUIRE(operation_of(c.plant, {c.record}, {c.rest}, c.operation));
   Plant truth = c.plant;
   for (EffectCandidate& candidate : effect_candidates(c.plant, c.operation))
-    if (candidate.effect == "damper_asymmetry") truth = candidate.plant;
+    if (candidate.label().effect == "damper_asymmetry") truth = candidate.plant;
   Random random = numbers(612);
   const GeneratedRecord record = generate_record(truth, c.record.drive, 200);
   REQUIRE(record.status == Status::ok);
@@ -127,14 +152,14 @@ TEST_CASE("the screen finds the effect that is missing, at its place, and nothin
       fit_plant(c.plant, tolerance_parameters(c.plant), {c.record}, *make_levenberg_marquardt({}), {8});
   REQUIRE(base.error.size() == 1);
   std::vector<EffectCandidate> candidates = effect_candidates(base.plant, c.operation);
-  EffectCandidate stiffer{"stiffness", "tyre", "", base.plant, {}};
+  EffectCandidate stiffer{{{"stiffness", ""}}, "tyre", base.plant, {}};
   stiffer.either_sign = true;
   set_parameter(stiffer.plant, "tyre.linear_spring.stiffness_n_per_m", 201000);
   candidates.push_back(stiffer);
   Changes changes;
   const std::vector<Screened> order = screen(base, {c.record}, candidates, {}, &changes);
   REQUIRE(order.size() == candidates.size());
-  CHECK(candidates[order[0].candidate].effect == "damper_asymmetry");
+  CHECK(candidates[order[0].candidate].label().effect == "damper_asymmetry");
   CHECK(order[0].strength == Approx(1).epsilon(0.3));
   // A second screen of the same fit needs no simulation and says the same.
   Changes more;
@@ -151,9 +176,9 @@ TEST_CASE("a mass that no element joins to the ground has a guide, and every law
     Vector base;
     REQUIRE(plant_residual(c.plant, {c.record}, {c.rest}, base));
     for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation)) {
-      if (!candidate.location.starts_with("guide:") || candidate.effect == "load") continue;
-      CAPTURE(c.plant.name, candidate.effect, candidate.location, candidate.form);
-      seen.insert(candidate.effect);
+      if (!candidate.location.starts_with("guide:") || candidate.label().effect == "load") continue;
+      CAPTURE(c.plant.name, candidate.label().effect, candidate.location, candidate.label().form);
+      seen.insert(candidate.label().effect);
       CHECK(c.plant.name != "one_mass");  // its spring stands on the ground
       REQUIRE(candidate.plant.elements.size() == c.plant.elements.size() + 1);
       const Element& guide = candidate.plant.elements.back();
@@ -219,8 +244,8 @@ TEST_CASE("places of laws: all elements, and a guide for each mass that neither 
   Plant damped = first.plant;
   damped.elements.back().laws.push_back({find_law("viscous_damper"), {100}});
   for (const EffectCandidate& candidate : effect_candidates(damped, again)) {
-    CAPTURE(candidate.effect, candidate.form);
-    if (candidate.location == "guide:wheel") CHECK(candidate.effect.find("damp") == std::string::npos);
+    CAPTURE(candidate.label().effect, candidate.label().form);
+    if (candidate.location == "guide:wheel") CHECK(candidate.label().effect.find("damp") == std::string::npos);
   }
   // An element of the plant file at the ground is a place of its own.
   Plant joined = c.plant;
@@ -297,11 +322,11 @@ TEST_CASE("a damper between two held nodes is a damper, no tyre") {
   REQUIRE(operation_of(bench, {record}, {Vector(0)}, operation));
   std::set<std::string> seen;
   for (const EffectCandidate& candidate : effect_candidates(bench, operation)) {
-    CAPTURE(candidate.effect, candidate.location, candidate.form);
-    CHECK_FALSE(candidate.effect.starts_with("tyre"));
+    CAPTURE(candidate.label().effect, candidate.location, candidate.label().form);
+    CHECK_FALSE(candidate.label().effect.starts_with("tyre"));
     Vector residual;
     CHECK(plant_residual(candidate.plant, {record}, {Vector(0)}, residual));
-    seen.insert(candidate.effect + "@" + candidate.location);
+    seen.insert(candidate.label().effect + "@" + candidate.location);
   }
   for (const char* name : {"coulomb_friction@damper", "hysteresis@damper", "damper_asymmetry@damper",
                            "gain_error@sensor:cell", "bias@sensor:cell"})
@@ -314,7 +339,8 @@ TEST_CASE("the screen finds friction between a mass and the ground, where the pl
     CAPTURE(location);
     Plant truth = c.plant;
     for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation))
-      if (candidate.effect == "coulomb_friction" && candidate.location == location && candidate.form == "smoothed sign")
+      if (candidate.label().effect == "coulomb_friction" && candidate.location == location &&
+          candidate.label().form == "smoothed sign")
         truth = candidate.plant;
     REQUIRE(truth.elements.size() == c.plant.elements.size() + 1);
     Case measured = c;
@@ -326,7 +352,7 @@ TEST_CASE("the screen finds friction between a mass and the ground, where the pl
     REQUIRE(base.error.size() == 1);
     const std::vector<EffectCandidate> candidates = effect_candidates(base.plant, measured.operation);
     const std::vector<Screened> order = screen(base, {measured.record}, candidates);
-    CHECK(candidates[order[0].candidate].effect == "coulomb_friction");
+    CHECK(candidates[order[0].candidate].label().effect == "coulomb_friction");
     CHECK(candidates[order[0].candidate].location == location);
   }
 }
@@ -344,7 +370,7 @@ TEST_CASE("the screen sees an accelerometer whose range ends too soon, by readin
   REQUIRE(base.error.size() == 1);
   const std::vector<EffectCandidate> candidates = effect_candidates(base.plant, c.operation);
   const std::vector<Screened> order = screen(base, {c.record}, candidates);
-  CHECK(candidates[order[0].candidate].effect == "saturation");
+  CHECK(candidates[order[0].candidate].label().effect == "saturation");
   CHECK(candidates[order[0].candidate].location == "sensor:body_acc");
   CHECK(order[0].gain > 0.9 * 0.5 * base.residual.squaredNorm());
 }
@@ -356,8 +382,8 @@ TEST_CASE(
   const auto offered = [&](const Plant& plant) {
     std::set<std::string> forms;
     for (const EffectCandidate& candidate : effect_candidates(plant, c.operation))
-      if (candidate.location == "sensor:body_acc" && candidate.effect != "crosstalk")
-        forms.insert(candidate.effect + ", " + candidate.form);
+      if (candidate.location == "sensor:body_acc" && candidate.label().effect != "crosstalk")
+        forms.insert(candidate.label().effect + ", " + candidate.label().form);
     return forms;
   };
   const std::set<std::string> all = offered(c.plant);
@@ -397,7 +423,7 @@ TEST_CASE("the screen sees a tyre that softens or hardens, by the square of its 
       const std::vector<EffectCandidate> candidates = effect_candidates(base.plant, c.operation);
       double most = 0;
       for (const Screened& screened : screen(base, {c.record}, candidates))
-        if (candidates[screened.candidate].effect == "tyre_nonlinearity") most = std::max(most, screened.gain);
+        if (candidates[screened.candidate].label().effect == "tyre_nonlinearity") most = std::max(most, screened.gain);
       CHECK(most > 0.9 * 0.5 * base.residual.squaredNorm());
     }
 }
@@ -409,7 +435,7 @@ TEST_CASE("however soon a friction may yield in a fit, the steps of the fit foll
       for (std::size_t j = 0; j < candidate.parameters.size(); ++j) {
         if (!candidate.parameters[j].name.ends_with("yield_travel_m")) continue;
         ++seen;
-        CAPTURE(candidate.effect, candidate.location, candidate.form);
+        CAPTURE(candidate.label().effect, candidate.location, candidate.label().form);
         const auto problem =
             plant_problem(candidate.plant, candidate.parameters, {c.record}, Vector::Constant(c.rest.size(), 0.001));
         Vector theta = Vector::Zero(problem->parameters()), r(problem->residuals());
@@ -428,7 +454,7 @@ TEST_CASE("however soon a memory may relax in a fit, few steps of the fit follow
       for (const FitParameter& parameter : candidate.parameters) {
         if (!parameter.name.ends_with("relaxation_s")) continue;
         ++seen;
-        CAPTURE(candidate.effect, candidate.location, candidate.form);
+        CAPTURE(candidate.label().effect, candidate.location, candidate.label().form);
         Plant soonest = candidate.plant;
         set_parameter(soonest, parameter.name, parameter.least);
         CHECK(sparing_steps(soonest, 100, 100).substeps <= kSubsteps);
@@ -454,7 +480,7 @@ TEST_CASE("the Jacobian of a fit is the derivative of its residuals, in every pa
       CHECK(r == behind);
       for (Index j = 0; j < problem->parameters(); ++j) {
         const bool state = j >= static_cast<Index>(parameters.size());
-        CAPTURE(c.plant.name, candidate.effect, candidate.location, candidate.form, j,
+        CAPTURE(c.plant.name, candidate.label().effect, candidate.location, candidate.label().form, j,
                 state ? "initial state" : parameters[static_cast<std::size_t>(j)].name);
         Vector there = theta, back = theta;
         there(j) = std::min(theta(j) + 2e-4, problem->box().upper(j));

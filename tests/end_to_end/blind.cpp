@@ -132,9 +132,11 @@ TEST_CASE("a family that is left out has no candidate, and the others keep their
   const auto all = catalogue_without({})(plant, operation);
   const auto fewer = catalogue_without({"coulomb_friction"})(plant, operation);
   const auto count = [](const std::vector<EffectCandidate>& list, const std::string& effect) {
-    return std::count_if(list.begin(), list.end(), [&](const auto& one) { return one.effect == effect; });
+    return std::count_if(list.begin(), list.end(), [&](const auto& one) { return one.label().effect == effect; });
   };
   CHECK(count(all, "coulomb_friction") > 0);
   CHECK(count(fewer, "coulomb_friction") == 0);
   CHECK(std::ssize(fewer) == std::ssize(all) - count(all, "coulomb_friction"));
+  for (const EffectCandidate& candidate : fewer)
+    for (const Label& label : candidate.labels) CHECK(label.effect != "coulomb_friction");
 }

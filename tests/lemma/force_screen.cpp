@@ -73,7 +73,7 @@ TEST_CASE("the law that bends a motion beyond recognition is the first of the sc
     CHECK(found.screened.front().gain > 0.8);
     for (const Screened& own : found.screened) {
       const EffectCandidate& candidate = found.candidates[own.candidate];
-      if (candidate.form != "polynomial") continue;
+      if (candidate.label().form != "polynomial") continue;
       const std::string name = location + ".polynomial_spring.coefficients_3";
       CHECK(get_parameter(candidate.plant, name) == Approx(cubic).epsilon(0.25));
     }

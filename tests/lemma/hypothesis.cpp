@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "core/data/metrics.hpp"
 #include "core/gap/which/correction.hpp"
@@ -225,48 +226,55 @@ TEST_CASE("a wrong parameter is called by what it belongs to: slopes, paths, law
   }
 }
 
-TEST_CASE("a law under two names is one hypothesis under both, each as plausible as its own name makes it") {
+TEST_CASE("a law with two labels is one form with both, and two effects at one place never have one name") {
   const Plant plant = plant_from(quarter_car_text);
   RecordSet set = in_motion(plant, 1000);
   const GapData data = gap_data(plant, set, noise_floor(set), 0.25);
   Operation operation;
   REQUIRE(operation_of(plant, data.fitted, {}, operation));
-  std::vector<Hypothesis> list;
-  for (const EffectCandidate& candidate : effect_candidates(plant, operation)) {
-    if (candidate.location != "suspension") continue;
-    Hypothesis one;
-    one.effects = {candidate};
-    one.parameters = candidate.parameters;
-    one.start = one.fit.plant = candidate.plant;
-    one.plausibility = log_plausibility(candidate, candidate.plant);
-    list.push_back(one);
+  const std::vector<EffectCandidate> all = effect_candidates(plant, operation);
+  const auto find = [&](const std::string& form) {
+    const auto found = std::find_if(all.begin(), all.end(), [&](const EffectCandidate& own) {
+      return own.location == "suspension" && own.label().form == form;
+    });
+    REQUIRE(found != all.end());
+    return *found;
+  };
+  const EffectCandidate presliding = find("presliding"), hysteresis = find("Bouc-Wen"),
+                        smoothed = find("smoothed sign");
+  CHECK(same_form(presliding, hysteresis));
+  CHECK_FALSE(same_form(presliding, smoothed));  // dry friction with a smoothed sign is another law
+  REQUIRE(presliding.labels.size() == 2);
+  REQUIRE(hysteresis.labels.size() == 2);
+  // Both say the same of the same sizes, in whatever order: that of friction yields soon, that of hysteresis late.
+  for (const double yield : {5e-5, 2e-3}) {
+    std::map<std::string, double> one, other;
+    for (const auto& [candidate, found] : {std::pair{&presliding, &one}, std::pair{&hysteresis, &other}}) {
+      Plant fitted = candidate->plant;
+      set_parameter(fitted, candidate->parameters[1].name, yield);
+      for (const Label& label : candidate->labels) (*found)[label.effect] = log_plausibility(label, fitted);
+    }
+    CHECK(one == other);
+    CHECK((one.at("coulomb_friction") > one.at("hysteresis")) == (yield < 1e-3));
   }
-  const auto presliding =
-      std::find_if(list.begin(), list.end(), [](const Hypothesis& one) { return one.effects[0].form == "presliding"; });
-  REQUIRE(presliding != list.end());
-  presliding->chi2 = 7;
-  std::map<std::string, double> plausibilities;
-  for (const Hypothesis& twin : with_twins(*presliding, list)) {
-    CHECK(twin.chi2 == 7);
-    CHECK(to_json(twin.fit.plant) == to_json(presliding->fit.plant));
-    CHECK(std::abs(twin.plausibility - log_plausibility(twin.effects[0], twin.fit.plant)) < 1e-12);
-    plausibilities[name_of(twin.effects[0])] = log_plausibility(twin.effects[0], twin.fit.plant);
-  }
-  REQUIRE(plausibilities.size() == 2);
-  CHECK(plausibilities.count("coulomb_friction@suspension") == 1);
-  CHECK(plausibilities.count("hysteresis@suspension") == 1);
-  CHECK(plausibilities["coulomb_friction@suspension"] != plausibilities["hysteresis@suspension"]);
-  // Dry friction with a smoothed sign is another law.
-  const auto smoothed = std::find_if(list.begin(), list.end(),
-                                     [](const Hypothesis& one) { return one.effects[0].form == "smoothed sign"; });
-  REQUIRE(smoothed != list.end());
-  CHECK(with_twins(*smoothed, list).size() == 1);
-  // Of pairs the first effects count as well.
-  std::vector<Hypothesis> pair = with_twins(*presliding, list);
-  for (Hypothesis& both : pair) both.effects.insert(both.effects.begin(), smoothed->effects[0]);
-  CHECK(twins(pair[0], pair[1]));
-  pair[1].effects[0].location = "tyre";
-  CHECK_FALSE(twins(pair[0], pair[1]));
+  const auto named = [](const std::vector<EffectCandidate>& effects) {
+    std::set<std::vector<std::string>> names;
+    for (const std::vector<std::size_t>& labels : labellings(effects)) {
+      std::vector<std::string> own;
+      for (std::size_t i = 0; i < labels.size(); ++i) own.push_back(name_of(effects[i], effects[i].labels[labels[i]]));
+      CHECK(std::set<std::string>(own.begin(), own.end()).size() == own.size());
+      CHECK(names.insert(own).second);
+    }
+    return names.size();
+  };
+  CHECK(named({}) == 1);
+  CHECK(named({presliding}) == 2);
+  CHECK(named({presliding, hysteresis}) == 2);
+  CHECK(named({presliding, smoothed}) == 3);
+  CHECK(named({presliding, hysteresis, presliding}) == 0);  // two labels, three effects
+  EffectCandidate elsewhere = smoothed;
+  elsewhere.location = "tyre";
+  CHECK(named({presliding, elsewhere}) == 4);
 }
 
 TEST_CASE("at a guide where one effect stands a second may stand, at the guide of a mass that an effect brought none") {
@@ -283,7 +291,7 @@ TEST_CASE("at a guide where one effect stands a second may stand, at the guide o
   const CandidateList guides = [&](const Plant& plant, const Operation& operation) {
     std::vector<EffectCandidate> list;
     for (EffectCandidate& candidate : effect_candidates(plant, operation))
-      if (candidate.form == "smoothed sign" && candidate.location.starts_with("guide:")) {
+      if (candidate.label().form == "smoothed sign" && candidate.location.starts_with("guide:")) {
         offered.push_back(candidate.location);
         list.push_back(std::move(candidate));
       }

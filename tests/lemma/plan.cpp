@@ -50,13 +50,13 @@ std::vector<EffectCandidate> all_of(const Plant& plant, const std::vector<FitRec
 std::vector<EffectCandidate> some_of(const Plant& plant, const std::vector<std::string>& effects) {
   std::vector<EffectCandidate> list;
   for (EffectCandidate& candidate : all_of(plant, drive_of(plant, plant.input_count() == 1 ? 0.01 : 0.002, 3, 4)))
-    if (std::find(effects.begin(), effects.end(), candidate.effect) != effects.end())
+    if (std::find(effects.begin(), effects.end(), candidate.label().effect) != effects.end())
       list.push_back(std::move(candidate));
   return list;
 }
 
 EffectCandidate changed(const Plant& plant, const std::string& parameter, double factor) {
-  EffectCandidate candidate{parameter, "", "", plant, {}};
+  EffectCandidate candidate{{{parameter, ""}}, "", plant, {}};
   set_parameter(candidate.plant, parameter, factor * get_parameter(plant, parameter));
   return candidate;
 }
@@ -105,7 +105,7 @@ TEST_CASE("sizes go with one over the noise, cosines are symmetric and in [-1, 1
   for (FitRecord& record : records) record.weight_std *= 1e-2;
   const Visibility quieter = seen_with(plant, candidates, records);
   for (Index i = 0; i < quiet.size.size(); ++i) {
-    CAPTURE(candidates[static_cast<std::size_t>(i)].effect, quiet.size(i));
+    CAPTURE(candidates[static_cast<std::size_t>(i)].label().effect, quiet.size(i));
     CHECK(quieter.size(i) <= 100 * quiet.size(i) * (1 + 1e-9));
     CHECK(quieter.size(i) == Approx(100 * quiet.size(i)).epsilon(0.1));
   }
@@ -113,8 +113,9 @@ TEST_CASE("sizes go with one over the noise, cosines are symmetric and in [-1, 1
   CHECK(quiet.cosine.cwiseAbs().maxCoeff() <= 1);
   CHECK(quiet.cosine(0, quiet.cosine.cols() - 1) == Approx(1).epsilon(1e-9));
   const auto index = [&](const std::string& effect) {
-    const auto found = std::find_if(candidates.begin(), candidates.end(),
-                                    [&](const EffectCandidate& candidate) { return candidate.effect == effect; });
+    const auto found = std::find_if(candidates.begin(), candidates.end(), [&](const EffectCandidate& candidate) {
+      return candidate.label().effect == effect;
+    });
     return static_cast<Index>(found - candidates.begin());
   };
   // What an asymmetric damper does is even, friction is odd.
@@ -180,7 +181,7 @@ TEST_CASE("a delay and an actuator's lag look alike below 20 Hz, a band further 
 
   std::vector<EffectCandidate> two;
   for (const EffectCandidate& candidate : all)
-    if (candidate.location == "actuator" && candidate.form != "second order") two.push_back(candidate);
+    if (candidate.location == "actuator" && candidate.label().form != "second order") two.push_back(candidate);
   REQUIRE(two.size() == 2);
   const SeparatingTest test = separating_test(plant, records, two[0], two[1]);
   CHECK(std::abs(test.planned_cosine) > confused_cosine);

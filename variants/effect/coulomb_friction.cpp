@@ -1,13 +1,6 @@
 #include "variants/effect/effects.hpp"
 
 namespace wheelhop {
-namespace {
-
-// Metal slides after 10 to 100 micrometres (B. Armstrong-Helouvry et al. 1994, Automatica 30(7)), a seal after up to a
-// millimetre.
-constexpr double kLeastPresliding = 2e-5, kMostPresliding = 1e-3;
-
-}  // namespace
 
 // A strut slides with 20 to 100 N, with side load 150 N; on another bench, with a share of the forces at work there. A
 // mass slides on its guide with a share of the force that accelerates it.
@@ -22,22 +15,19 @@ std::shared_ptr<const Effect> make_coulomb_friction(const EffectOptions&) {
           list.push_back(with_law(plant, place, "coulomb_friction", "smoothed sign", "coulomb_friction",
                                   {force, 0, 10 * speed, speed},
                                   {{"force_n", third(force)}, {"velocity_m_per_s", third(speed)}}));
-          // Bent only at rates that usually occur, the same law is a damper that ends at a force.
-          plausibly(list.back(), "velocity_m_per_s", 0.2 * own.rate_rms_m_per_s, 2 * own.rate_rms_m_per_s);
-          if (!place.guide() && has_damper(plant.elements[place.element]))
-            list.back().other_names = {{"damper_nonlinearity", "saturating", list.back().plausible}};
-          list.back().plausible.clear();
           plausibly(list.back(), "velocity_m_per_s", 1e-3 * own.rate_rms_m_per_s, 0.2 * own.rate_rms_m_per_s);
+          // Bent only at rates that usually occur, the same law is a damper that ends at a force.
+          if (!place.guide() && has_damper(plant.elements[place.element])) {
+            also_called(list.back(), "damper_nonlinearity", "saturating");
+            plausibly(list.back(), "velocity_m_per_s", 0.2 * own.rate_rms_m_per_s, 2 * own.rate_rms_m_per_s);
+          }
           if (!place.guide()) {
             typically(list.back(), "force_n", 40);
             typically(list.back(), "velocity_m_per_s", 0.005);
           }
           // Sliding that a stiff elastic travel of some percent of the whole precedes (Dahl 1968).
           const double yield = 0.02 * own.travel_rms_m;
-          list.push_back(with_law(plant, place, "coulomb_friction", "presliding", "bouc_wen", {force, yield, 1, 0.5, 0},
-                                  {{"force_n", third(force)}, {"yield_travel_m", third(yield)}}));
-          followed_by_steps(list.back(), own);
-          plausibly(list.back(), "yield_travel_m", kLeastPresliding, kMostPresliding);
+          list.push_back(with_yielding(plant, place, "coulomb_friction", force, yield));
           if (!place.guide()) {
             typically(list.back(), "force_n", 40);
             typically(list.back(), "yield_travel_m", 1e-4);

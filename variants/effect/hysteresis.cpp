@@ -12,10 +12,7 @@ std::shared_ptr<const Effect> make_hysteresis(const EffectOptions&) {
           // Two yield travels: a share of the travel, and one the element hardly leaves.
           for (const double share : {0.1, 0.5}) {
             const double yield = share * own.travel_rms_m;
-            list.push_back(with_law(plant, place, "hysteresis", "Bouc-Wen", "bouc_wen", {force, yield, 1, 0.5, 0},
-                                    {{"force_n", third(force)}, {"yield_travel_m", third(yield)}}));
-            followed_by_steps(list.back(), own);
-            plausibly(list.back(), "yield_travel_m", 2e-4, 5e-3);
+            list.push_back(with_yielding(plant, place, "hysteresis", force, yield));
             if (place.guide()) continue;
             typically(list.back(), "force_n", 60);
             typically(list.back(), "yield_travel_m", share < 0.3 ? 0.0005 : 0.002);
@@ -29,7 +26,7 @@ std::shared_ptr<const Effect> make_hysteresis(const EffectOptions&) {
                 {{"force_n", third(share * force)}, {"yield_travel_m", third(yield)}, {"stiffening", 0.3}}));
             // Nothing bounds what stiffens: a travel far beyond the yield travel is left to the coarser form.
             list.back().parameters[1].least = 0.1 * own.travel_rms_m;
-            plausibly(list.back(), "yield_travel_m", 2e-4, 5e-3);
+            plausibly(list.back(), "yield_travel_m", kLeastYield, kMostYield);
             list.back().refines = "Bouc-Wen";
             list.back().finer_by = 1;
           }

@@ -31,14 +31,13 @@ std::shared_ptr<const Effect> make_spring_nonlinearity(const EffectOptions&) {
         // stop.
         EffectCandidate& candidate = list.back();
         const auto sized = [&](double nearest, double farthest, double softest, double hardest) {
-          candidate.plausible.clear();
           plausibly(candidate, "stiffness_n_per_m", softest, hardest);
           for (std::size_t k = 1; k < moved.size(); ++k)
             plausibly(candidate, moved[k].first, nearest * own.travel_rms_m, farthest * own.travel_rms_m);
         };
-        sized(0.9, 4, stiffness, 100 * stiffness);
-        candidate.other_names = {{"bump_stop", "linear, " + form, candidate.plausible}};
         sized(0.15, 1.3, 0.05 * stiffness, 3 * stiffness);
+        also_called(candidate, "bump_stop", "linear, " + form);
+        sized(0.9, 4, stiffness, 100 * stiffness);
       };
       knee("knee in growing travel", none, growing, {{"stiffness_n_per_m", extra}, {"extension_gap_m", 0.2 * growing}});
       knee("knee in shrinking travel", shrinking, none,

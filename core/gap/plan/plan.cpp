@@ -33,10 +33,10 @@ std::vector<Forms> groups_of(const std::vector<EffectCandidate>& candidates) {
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const std::string& location = candidates[i].location;
     const auto same = [&](const Forms& group) {
-      return group.effect == candidates[i].effect && group.location == location;
+      return group.effect == candidates[i].label().effect && group.location == location;
     };
     auto found = std::find_if(groups.begin(), groups.end(), same);
-    if (found == groups.end()) found = groups.insert(found, {candidates[i].effect, location, {}});
+    if (found == groups.end()) found = groups.insert(found, {candidates[i].label().effect, location, {}});
     found->candidates.push_back(i);
   }
   return groups;
@@ -53,7 +53,7 @@ PlanView view_of(std::string name, const std::vector<Forms>& groups, const std::
     PlannedEffect best{group.effect, group.location, "", std::numeric_limits<double>::quiet_NaN()};
     for (const std::size_t c : group.candidates)
       if (!(size(c) <= best.size_sigma) && std::isfinite(size(c))) {
-        best.form = candidates[c].form;
+        best.form = candidates[c].label().form;
         best.size_sigma = size(c);
       }
     view.effects.push_back(std::move(best));

@@ -200,11 +200,14 @@ struct FreedEvidence {
   }
 };
 
-/// Effects added to the plant, fitted together with the parameters inside their tolerances.
+/// Effects added to the plant, fitted together with the parameters inside their tolerances. A model form that may go by
+/// several labels is fitted once, and is one candidate by each.
 struct CandidateEvidence {
   std::vector<EffectEvidence> effects;
-  double chi2 = 0;              ///< residuals of fitted and held-out records and priors
-  double prior_chi2 = 0;        ///< of that, the priors of the parameters
+  std::size_t fit = 0;    ///< number of the fit among those of its list; of candidates that share it, all is equal
+                          ///< but the labels and their plausibility
+  double chi2 = 0;        ///< residuals of fitted and held-out records and priors
+  double prior_chi2 = 0;  ///< of that, the priors of the parameters
   double log_plausibility = 0;  ///< log density of the sizes of its effects
   std::size_t parameters = 0;   ///< that the fit moved, tolerances included
   double misfit = 0;            ///< reduced chi-square of the fitted records
@@ -221,6 +224,7 @@ struct CandidateEvidence {
   template <class V>
   void fields(V&& visit) {
     visit("effects", effects);
+    visit("fit", fit);
     visit("chi2", chi2);
     visit("prior_chi2", prior_chi2);
     visit("log_plausibility", log_plausibility);

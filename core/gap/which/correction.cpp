@@ -17,7 +17,8 @@ constexpr double kTold = 4;
 std::optional<EffectCandidate> candidate_of(const Study& study, const Plant& plant, const Operation& operation,
                                             const InstrumentFault& fault) {
   for (EffectCandidate& candidate : study.candidates(plant, operation)) {
-    if (candidate.effect != fault.effect || candidate.location != fault.location || candidate.parameters.empty())
+    if (candidate.label().effect != fault.effect || candidate.location != fault.location ||
+        candidate.parameters.empty())
       continue;
     set_parameter(candidate.plant, candidate.parameters.front().name, fault.value);
     return candidate;
@@ -75,7 +76,7 @@ std::vector<InstrumentFault> wrong_sign(const Study& study, const Base& base, do
   std::vector<InstrumentFault> best;
   double least = base.retuned.chi2;
   for (EffectCandidate& candidate : study.candidates(base.plant, operation)) {
-    if (candidate.effect != "gain_error" || candidate.parameters.size() != 1) continue;
+    if (candidate.label().effect != "gain_error" || candidate.parameters.size() != 1) continue;
     const std::string& gain = candidate.parameters.front().name;
     set_parameter(candidate.plant, gain, -get_parameter(base.plant, gain));
     const Study turned = study_of(study, data, candidate.plant);
@@ -89,7 +90,7 @@ std::vector<InstrumentFault> wrong_sign(const Study& study, const Base& base, do
     if (!sure || !faults_explain(base.retuned.chi2, fitted.chi2, study.data.samples, colour, true, thresholds))
       continue;
     least = fitted.chi2;
-    best = {{candidate.effect, candidate.location, now}};
+    best = {{candidate.label().effect, candidate.location, now}};
   }
   return best;
 }
@@ -127,8 +128,11 @@ std::optional<Base> corrected(const Study& study, const Base& base, const std::v
     const Matrix& covariance = with.retuned.fit.covariance;
     const double std =
         own != fine.tolerances.end() && i < covariance.rows() ? std::sqrt(covariance(i, i)) * own->scale : 0;
-    evidence.faults.push_back(
-        {effect.effect, effect.location, effect.form, {{name, get_parameter(with.retuned.fit.plant, name), std}}, {}});
+    evidence.faults.push_back({effect.label().effect,
+                               effect.location,
+                               effect.label().form,
+                               {{name, get_parameter(with.retuned.fit.plant, name), std}},
+                               {}});
   }
   if (std::any_of(faults.begin(), faults.end(),
                   [](const InstrumentFault& fault) { return fault.effect == "clock_skew"; }))

@@ -1,16 +1,14 @@
 #include "core/gap/which/effect.hpp"
 
-#include <fmt/format.h>
-
+#include <algorithm>
 #include <cmath>
 
-#include "core/plant/rotary.hpp"
-
 namespace wheelhop {
-
 namespace {
 
-constexpr double kUndefined = 2.5;  // standard deviations: one in eighty of the true ones
+bool have_one_name(const EffectCandidate& a, const Label& of_a, const EffectCandidate& b, const Label& of_b) {
+  return a.location == b.location && of_a.effect == of_b.effect;
+}
 
 }  // namespace
 
@@ -20,36 +18,45 @@ double Plausible::deviation(double value) const {
   return (std::log(std::max(std::abs(value - ideal), 1e-300)) - middle) / spread;
 }
 
-double log_plausibility(const EffectCandidate& candidate, const Plant& fitted) {
+std::string name_of(const EffectCandidate& candidate) { return name_of(candidate, candidate.label()); }
+
+std::string name_of(const EffectCandidate& candidate, const Label& label) {
+  return label.effect + "@" + candidate.location;
+}
+
+bool same_form(const EffectCandidate& a, const EffectCandidate& b) {
+  if (a.location != b.location) return false;
+  return std::any_of(a.labels.begin(), a.labels.end(), [&](const Label& own) {
+    return std::any_of(b.labels.begin(), b.labels.end(),
+                       [&](const Label& other) { return own.effect == other.effect && own.form == other.form; });
+  });
+}
+
+std::vector<std::vector<std::size_t>> labellings(const std::vector<EffectCandidate>& effects) {
+  std::vector<std::vector<std::size_t>> all = {{}};
+  for (const EffectCandidate& effect : effects) {
+    std::vector<std::vector<std::size_t>> longer;
+    for (const std::vector<std::size_t>& before : all)
+      for (std::size_t own = 0; own < effect.labels.size(); ++own) {
+        bool taken = false;
+        for (std::size_t i = 0; i < before.size(); ++i)
+          taken = taken || have_one_name(effects[i], effects[i].labels[before[i]], effect, effect.labels[own]);
+        if (taken) continue;
+        longer.push_back(before);
+        longer.back().push_back(own);
+      }
+    all = std::move(longer);
+  }
+  return all;
+}
+
+double log_plausibility(const Label& label, const Plant& fitted) {
   double sum = 0;
-  for (const Plausible& plausible : candidate.plausible) {
+  for (const Plausible& plausible : label.plausible) {
     const double z = plausible.deviation(get_parameter(fitted, plausible.parameter));
     sum -= 0.5 * z * z;
   }
   return sum;
-}
-
-std::string undefined_size(const EffectCandidate& candidate, const Plant& fitted) {
-  for (const Plausible& plausible : candidate.plausible) {
-    const double value = get_parameter(fitted, plausible.parameter);
-    if (plausible.defining && plausible.deviation(value) > kUndefined)
-      return fmt::format("{} {:.2g}, usually {:g} to {:g}", shown_name(fitted, plausible.parameter), value,
-                         plausible.low, plausible.high);
-  }
-  return "";
-}
-
-std::vector<EffectCandidate> under_all_names(const EffectCandidate& candidate) {
-  std::vector<EffectCandidate> all = {candidate};
-  for (const OtherName& name : candidate.other_names) {
-    EffectCandidate other = candidate;
-    other.effect = name.effect;
-    other.form = name.form;
-    other.plausible = name.plausible;
-    other.other_names.clear();
-    all.push_back(std::move(other));
-  }
-  return all;
 }
 
 EffectCandidate at_typical_size(EffectCandidate candidate) {

@@ -20,45 +20,50 @@ struct Plausible {
   double deviation(double value) const;
 };
 
-/// What a form is called where its sizes are those of another effect.
-struct OtherName {
-  std::string effect, form;
-  std::vector<Plausible> plausible;
+/// What a model form is called. One form may have several labels: a law that yields is friction where it yields soon,
+/// and hysteresis where it yields late. It is fitted once, and its fitted sizes say how well each label suits it.
+struct Label {
+  std::string effect;                     ///< id of the effect, as the name of a family
+  std::string form;                       ///< the form, in words of that effect
+  std::vector<Plausible> plausible = {};  ///< sizes that go by this label
 };
 
-/// One effect at one place, in one form: the plant with it, ready to be simulated and fitted.
+/// One model form at one place: the plant with it, ready to be simulated and fitted.
 struct EffectCandidate {
-  std::string effect;                    ///< id, as the family's name
+  std::vector<Label> labels;             ///< one or more; the first one is that of the family which offers the form
   std::string location;                  ///< element, mass, "guide:MASS", "actuator", "sensor:CHANNEL" or "timebase"
-  std::string form;                      ///< which of the family's forms
   Plant plant;                           ///< the plant asked about, with the effect at a typical size
   std::vector<FitParameter> parameters;  ///< what a fit moves; the first is the strength. None: nothing to fit
   double ideal = 0;                      ///< strength at which the effect vanishes
   bool proportional = true;              ///< small strengths act in proportion; false for a gap or a knee
   bool either_sign = false;              ///< strength may lie on either side of `ideal`
-  std::vector<Plausible> plausible = {};
   /// Sizes that the literature gives for a passenger car's corner, where those of `plant` come from the operation at
   /// hand: for judging a test before it is run.
   std::vector<std::pair<std::string, double>> typical = {};
   /// Form with which this one begins: it is fitted from that one's solution where that is an answer, never screened.
   std::string refines = {};
-  std::size_t finer_by = 0;                 ///< parameters that it has beyond that form
-  std::vector<OtherName> other_names = {};  ///< fitted once, the form is weighed under each of its names
+  std::size_t finer_by = 0;  ///< parameters that it has beyond that form
+  const Label& label() const { return labels.front(); }
 };
 
-/// The candidate, and after it the same under its other names.
-std::vector<EffectCandidate> under_all_names(const EffectCandidate& candidate);
+/// "effect@location" by the first label of a candidate, as effects are named in files and to users.
+std::string name_of(const EffectCandidate& candidate);
+/// The same by any of its labels.
+std::string name_of(const EffectCandidate& candidate, const Label& label);
+
+/// True if two candidates are one model form at one place; the sizes they start at may differ.
+bool same_form(const EffectCandidate& a, const EffectCandidate& b);
+
+/// One label for each effect of a set, by its number there, in all combinations in which no two effects have one name.
+/// The combination of all first labels comes first, if it is one.
+std::vector<std::vector<std::size_t>> labellings(const std::vector<EffectCandidate>& effects);
 
 /// The candidate at the sizes that the literature gives, where it gives any.
 EffectCandidate at_typical_size(EffectCandidate candidate);
 
-/// Log of the log-normal densities of a fitted plant's parameters, each over its largest value: 0 where all lie in the
-/// middle of what is plausible, -1.35 for one at an end.
-double log_plausibility(const EffectCandidate& candidate, const Plant& fitted);
-
-/// A defining parameter that has left what the effect's name stands for, as "NAME 0.13, usually 0.001 to 0.03", or
-/// nothing.
-std::string undefined_size(const EffectCandidate& candidate, const Plant& fitted);
+/// Log of the log-normal densities of a fitted plant's parameters under a label, each over its largest value: 0 where
+/// all lie in the middle of what is plausible, -1.35 for one at an end.
+double log_plausibility(const Label& label, const Plant& fitted);
 
 /// A family of effects, tolerant of functional form: several candidates a place where forms differ.
 class Effect {

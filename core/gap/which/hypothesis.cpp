@@ -199,40 +199,21 @@ bool fit_candidate(const Study& study, const Hypothesis& base, EffectCandidate c
     fitted = true;
   }
   if (!fitted) return false;
-  out.plausibility = base.plausibility + log_plausibility(candidate, out.fit.plant);
   out.effects.push_back(std::move(candidate));
   return true;
 }
 
-/// True if two fits moved the same numbers of the same plant.
-bool same_model(const Hypothesis& a, const Hypothesis& b) {
-  if (a.parameters.size() != b.parameters.size()) return false;
-  Plant other = b.start;
-  for (std::size_t i = 0; i < a.parameters.size(); ++i) {
-    if (a.parameters[i].name != b.parameters[i].name) return false;
-    set_parameter(other, a.parameters[i].name, get_parameter(a.start, a.parameters[i].name));
-  }
-  return to_json(other) == to_json(a.start);
-}
-
-/// A hypothesis whose last effect has another name.
-Hypothesis renamed(const Hypothesis& hypothesis, const EffectCandidate& last) {
-  Hypothesis other = hypothesis;
-  other.plausibility +=
-      log_plausibility(last, other.fit.plant) - log_plausibility(other.effects.back(), other.fit.plant);
-  other.effects.back() = last;
-  return other;
-}
-
-/// Friction with presliding and hysteresis are one law: what either found is the other's too, and their sizes say which
-/// name it deserves.
-void share_solutions(std::vector<Hypothesis>& list) {
-  for (std::size_t i = 0; i < list.size(); ++i)
-    for (std::size_t j = i + 1; j < list.size(); ++j)
-      if (twins(list[i], list[j])) list[j] = renamed(list[i], list[j].effects.back());
-}
-
 bool by_chi2(const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; }
+
+/// Sorts a list by chi2, and keeps the best fit of each form.
+void keep_best(std::vector<Hypothesis>& list) {
+  std::stable_sort(list.begin(), list.end(), by_chi2);
+  std::vector<Hypothesis> kept;
+  for (Hypothesis& own : list)
+    if (std::none_of(kept.begin(), kept.end(), [&](const Hypothesis& better) { return same_forms(better, own); }))
+      kept.push_back(std::move(own));
+  list = std::move(kept);
+}
 
 /// True of an element or mass that an effect has put into a plant, and of such a mass's guide: no place of the user's.
 /// The guide of one of the user's masses is, whoever put an element there.
@@ -244,14 +225,11 @@ bool added(const Plant& nominal, const Plant& plant, const std::string& location
                      named);
 }
 
-bool has_effect(const Hypothesis& base, const std::string& name) {
-  return std::any_of(base.effects.begin(), base.effects.end(),
-                     [&](const EffectCandidate& other) { return name_of(other) == name; });
-}
-
 /// True if a hypothesis has the effect already, or moves one of its parameters.
 bool moved_by(const Hypothesis& base, const EffectCandidate& candidate) {
-  return has_effect(base, name_of(candidate)) ||
+  std::vector<EffectCandidate> with = base.effects;
+  with.push_back(candidate);
+  return labellings(with).empty() ||
          std::any_of(candidate.parameters.begin(), candidate.parameters.end(), [&](const FitParameter& own) {
            return std::any_of(base.parameters.begin(), base.parameters.end(),
                               [&](const FitParameter& other) { return other.name == own.name; });
@@ -267,8 +245,6 @@ void polish(const Study& study, Hypothesis& hypothesis) {
                 {study.iterations, &hypothesis.held_out, false}, longer) ||
       longer.chi2 >= hypothesis.chi2)
     return;
-  const EffectCandidate& last = longer.effects.back();
-  longer.plausibility += log_plausibility(last, longer.fit.plant) - log_plausibility(last, hypothesis.fit.plant);
   hypothesis = std::move(longer);
 }
 
@@ -313,7 +289,6 @@ Hypothesis refined(const Study& study, const Hypothesis& base, const Hypothesis&
              {study.iterations, &others, false}, longer);
     if (longer.chi2 < out.chi2) out = std::move(longer);
   }
-  if (!out.fit.error.empty()) out.plausibility = base.plausibility + log_plausibility(candidate, out.fit.plant);
   out.effects.push_back(std::move(candidate));
   return out;
 }
@@ -352,11 +327,8 @@ Hypothesis graduated(const Study& study, const Hypothesis& lost) {
 
 }  // namespace
 
-bool twins(const Hypothesis& a, const Hypothesis& b) {
-  if (a.effects.size() != b.effects.size() || name_of(a.effects.back()) == name_of(b.effects.back())) return false;
-  for (std::size_t i = 0; i + 1 < a.effects.size(); ++i)
-    if (name_of(a.effects[i]) != name_of(b.effects[i])) return false;
-  return same_model(a, b);
+bool same_forms(const Hypothesis& a, const Hypothesis& b) {
+  return std::equal(a.effects.begin(), a.effects.end(), b.effects.begin(), b.effects.end(), same_form);
 }
 
 bool far_off(const Hypothesis& hypothesis) {
@@ -366,12 +338,6 @@ bool far_off(const Hypothesis& hypothesis) {
 
 bool stopped(const PlantFit& fit, Index count) {
   return count > 0 && fit.theta.head(count).cwiseAbs().maxCoeff() > kAtEnd;
-}
-
-std::string name_of(const EffectCandidate& effect) { return effect.effect + "@" + effect.location; }
-
-bool same_form(const EffectCandidate& a, const EffectCandidate& b) {
-  return name_of(a) == name_of(b) && a.form == b.form;
 }
 
 Hypothesis fit_hypothesis(const Study& study, const Plant& plant, std::vector<FitParameter> parameters) {
@@ -460,9 +426,8 @@ Hypothesis fit_set(const Study& study, const Hypothesis& none, const std::vector
     if (!operation_of(plant, study.data.fitted, none.fit.initial_states, operation)) return {};
     // Anew, because its parameters may have other names in a plant without the effects before it.
     std::optional<EffectCandidate> found;
-    for (const EffectCandidate& candidate : study.candidates(plant, operation))
-      for (EffectCandidate& named : under_all_names(candidate))
-        if (!found && same_form(named, wanted)) found = std::move(named);
+    for (EffectCandidate& candidate : study.candidates(plant, operation))
+      if (!found && same_form(candidate, wanted)) found = std::move(candidate);
     if (!found || found->parameters.size() != wanted.parameters.size()) return {};
     values.insert(values.end(), sizes.begin(), sizes.end());
     subset.parameters.insert(subset.parameters.end(), found->parameters.begin(), found->parameters.end());
@@ -487,18 +452,7 @@ Hypothesis fit_set(const Study& study, const Hypothesis& none, const std::vector
     complete(study, study.solvers.thorough, {study.iterations, &fitted, false, k == 0 ? theta : at_home},
              {study.iterations, &held_out, false}, tries[k]);
   });
-  subset = std::move(tries[1].chi2 < tries[0].chi2 ? tries[1] : tries[0]);
-  if (!subset.fit.error.empty())
-    for (const EffectCandidate& effect : subset.effects)
-      subset.plausibility += log_plausibility(effect, subset.fit.plant);
-  return subset;
-}
-
-std::vector<Hypothesis> with_twins(const Hypothesis& hypothesis, const std::vector<Hypothesis>& list) {
-  std::vector<Hypothesis> all = {hypothesis};
-  for (const Hypothesis& other : list)
-    if (twins(hypothesis, other)) all.push_back(renamed(hypothesis, other.effects.back()));
-  return all;
+  return std::move(tries[1].chi2 < tries[0].chi2 ? tries[1] : tries[0]);
 }
 
 std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
@@ -537,14 +491,8 @@ std::vector<Hypothesis> fit_shortlist(const Study& study, const Hypothesis& base
   });
   std::vector<Hypothesis> list;
   for (std::size_t i = 0; i < fits.size(); ++i)
-    if (done[i]) {
-      const std::vector<EffectCandidate> names = under_all_names(fits[i].effects.back());
-      for (std::size_t k = 1; k < names.size(); ++k)
-        if (!has_effect(base, name_of(names[k]))) list.push_back(renamed(fits[i], names[k]));
-      list.push_back(std::move(fits[i]));
-    }
-  std::stable_sort(list.begin(), list.end(), by_chi2);
-  share_solutions(list);
+    if (done[i]) list.push_back(std::move(fits[i]));
+  keep_best(list);
   return list;
 }
 
@@ -554,34 +502,42 @@ bool refine(const Study& study, const Hypothesis& base, const std::vector<std::s
   if (list.empty() || !operation_of(base.fit.plant, study.data.fitted, base.fit.initial_states, operation))
     return false;
   const std::vector<EffectCandidate> candidates = study.candidates(base.fit.plant, operation);
-  bool any = false;
+  const auto wanted = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  std::vector<Hypothesis> better;
   for (Hypothesis& coarse : list) {
-    const EffectCandidate known = coarse.effects.back();
-    if (std::find(names.begin(), names.end(), name_of(known)) == names.end()) continue;
-    Hypothesis best;
-    for (const EffectCandidate& candidate : candidates) {
-      if (name_of(candidate) != name_of(known) || candidate.refines != known.form) continue;
-      Hypothesis finer = refined(study, base, coarse, candidate);
-      if (!finer.fit.error.empty() && finer.chi2 < best.chi2) best = std::move(finer);
+    EffectCandidate& known = coarse.effects.back();
+    std::vector<Label> kept;
+    for (const Label& label : known.labels) {
+      Hypothesis best;
+      for (const EffectCandidate& candidate : candidates) {
+        const std::string name = name_of(candidate);
+        if (!wanted(name) || name != name_of(known, label) || candidate.refines != label.form) continue;
+        Hypothesis finer = refined(study, base, coarse, candidate);
+        if (!finer.fit.error.empty() && finer.chi2 < best.chi2) best = std::move(finer);
+      }
+      if (coarse.chi2 - best.chi2 > share * (coarse.chi2 - study.data.samples))
+        better.push_back(std::move(best));
+      else
+        kept.push_back(label);
     }
-    if (!(coarse.chi2 - best.chi2 > share * (coarse.chi2 - study.data.samples))) continue;
-    coarse = std::move(best);
-    any = true;
+    known.labels = std::move(kept);
   }
-  if (any) std::stable_sort(list.begin(), list.end(), by_chi2);
-  return any;
+  if (better.empty()) return false;
+  std::erase_if(list, [](const Hypothesis& coarse) { return coarse.effects.back().labels.empty(); });
+  std::move(better.begin(), better.end(), std::back_inserter(list));
+  std::stable_sort(list.begin(), list.end(), by_chi2);
+  return true;
 }
 
 void finish(const Study& study, double before, std::size_t most, std::vector<Hypothesis>& list) {
-  std::vector<std::size_t> worth;  // a twin takes over what the better one finds
-  for (std::size_t i = 0; i < std::min(list.size(), most); ++i) {
-    if (list[i].chi2 - list[0].chi2 > std::max(kNear * (before - list[0].chi2), kQuickDecrease * list[0].chi2)) break;
-    if (std::none_of(worth.begin(), worth.end(), [&](std::size_t better) { return twins(list[better], list[i]); }))
-      worth.push_back(i);
-  }
-  tbb::parallel_for(std::size_t{0}, worth.size(), [&](std::size_t k) { polish(study, list[worth[k]]); });
-  std::stable_sort(list.begin(), list.end(), by_chi2);
-  share_solutions(list);
+  std::size_t worth = 0;
+  while (worth < std::min(list.size(), most) &&
+         !(list[worth].chi2 - list[0].chi2 > std::max(kNear * (before - list[0].chi2), kQuickDecrease * list[0].chi2)))
+    ++worth;
+  tbb::parallel_for(std::size_t{0}, worth, [&](std::size_t k) { polish(study, list[k]); });
+  keep_best(list);
 }
 
 }  // namespace wheelhop

@@ -29,8 +29,7 @@ struct Hypothesis {
   /// records fit much worse, at the parameters that fit all records best. Infinite where a simulation of either failed;
   /// `fit.error` is empty then.
   double chi2 = std::numeric_limits<double>::infinity();
-  double prior_chi2 = 0;    ///< of that, the last sum: how far the parameters left their tolerances
-  double plausibility = 0;  ///< log_plausibility summed over the effects, <= 0
+  double prior_chi2 = 0;  ///< of that, the last sum: how far the parameters left their tolerances
 };
 
 /// Share of a channel's reading that re-tuning leaves, from which the plant is far from its records: a judgement. A
@@ -41,12 +40,6 @@ bool far_off(const Hypothesis& hypothesis);
 
 /// True if one of a fit's `count` leading parameters, those with tolerances, went as far as it may.
 bool stopped(const PlantFit& fit, Index count);
-
-/// "effect@location", as effects are named in files and to users.
-std::string name_of(const EffectCandidate& effect);
-
-/// True if two candidates are one effect at one place in one form; the sizes they start at may differ.
-bool same_form(const EffectCandidate& a, const EffectCandidate& b);
 
 /// Every effect at every place of a plant, in all its forms, to start at sizes that suit the operation. Anything may
 /// stand behind it: the whole catalogue, or one with families left out to see whether a diagnosis then says "none".
@@ -105,13 +98,8 @@ SizedEffect sized_effect(const Hypothesis& of, std::size_t number);
 Hypothesis fit_set(const Study& study, const Hypothesis& none, const std::vector<SizedEffect>& effects,
                    const Hypothesis& near);
 
-/// True if two hypotheses differ by the name of their last effect alone: friction with presliding and hysteresis are
-/// one law.
-bool twins(const Hypothesis& a, const Hypothesis& b);
-
-/// A hypothesis of one effect and, once more under its name, each of a list that is the same law (`extend` does this
-/// among its own).
-std::vector<Hypothesis> with_twins(const Hypothesis& hypothesis, const std::vector<Hypothesis>& list);
+/// True if two hypotheses have the same effects in the same forms, in the same order.
+bool same_forms(const Hypothesis& a, const Hypothesis& b);
 
 /// What of the fast screen is worth a fit.
 struct ExtendOptions {
@@ -131,22 +119,23 @@ struct ExtendOptions {
 std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
                                const Changes& known = {}, Changes* found = nullptr);
 
-/// A quick fit of each candidate of a shortlist, and once more under its other names.
+/// A quick fit of each candidate of a shortlist. Of fits of one form from several sizes the best one stays.
 /// @param candidates that the shortlist counts   @return as `extend`
 std::vector<Hypothesis> fit_shortlist(const Study& study, const Hypothesis& base,
                                       const std::vector<EffectCandidate>& candidates,
                                       const std::vector<Screened>& shortlist);
 
-/// Fits the forms that refine those of a list, of given names. One takes the place of the form that it refines where it
-/// removes more than a share of what that one leaves.
+/// Fits the forms that refine those of a list, of given names. One takes the label of the form that it refines where it
+/// removes more than a share of what that one leaves; a form without a label leaves the list.
 /// @param base of all in the list   @param names "effect@location"   @param list in any order, on return by chi2
-/// @return true if one took its place. Cost: some patient fits a form.
+/// @return true if one did. Cost: some patient fits a form.
 bool refine(const Study& study, const Hypothesis& base, const std::vector<std::string>& names, double share,
             std::vector<Hypothesis>& list);
 
 /// Fits the best of a list of quick fits on to the end, by the thorough solver. Those that lie far behind the first,
 /// and by more than a quick fit tells, stay as they are.
-/// @param before chi2 without their last effect   @param most fits   @param list by chi2, ascending; so on return too
+/// @param before chi2 without their last effect   @param most fits
+/// @param list by chi2, ascending; so on return too, with the best fit of each form
 void finish(const Study& study, double before, std::size_t most, std::vector<Hypothesis>& list);
 
 }  // namespace wheelhop

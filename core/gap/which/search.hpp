@@ -94,11 +94,13 @@ struct Search {
   const Step& step;
 };
 
-/// Fits and, in the same order, what they tell.
+/// Fits, and what they tell: a candidate for each combination of labels of a fit.
 struct Candidates {
   std::vector<Hypothesis> fits;
-  std::vector<CandidateEvidence> evidence;
-  std::vector<Hypothesis> alone;  ///< of the best pair: either effect fitted alone
+  std::vector<CandidateEvidence> evidence;  ///< `fit` of each is a number in `fits`; in their order
+  std::vector<Hypothesis> alone;            ///< of the best pair: either effect fitted alone
+  Hypothesis& fit_of(std::size_t candidate) { return fits[evidence[candidate].fit]; }
+  const Hypothesis& fit_of(std::size_t candidate) const { return fits[evidence[candidate].fit]; }
 };
 struct FreedParameters {
   std::vector<Hypothesis> fits;  ///< linearised; `fit.error` empty where a fit failed
@@ -108,8 +110,12 @@ struct FreedParameters {
 /// Values and standard deviations of a fit's parameters from number `first` on; 0 where it is not linearised.
 std::vector<FittedParameter> fitted_parameters(const PlantFit& fit, const std::vector<FitParameter>& list,
                                                std::size_t first);
-/// What a fit of one or more effects tells.
-CandidateEvidence evidence_of(const Search& search, const Hypothesis& hypothesis);
+/// What a fit of one or more effects tells, by each combination of their labels.
+/// @param number of the fit
+std::vector<CandidateEvidence> evidence_of(const Search& search, const Hypothesis& hypothesis, std::size_t number);
+
+/// Adds a fit and what it tells.
+void add(const Search& search, Hypothesis hypothesis, Candidates& candidates);
 
 /// Once a hypothesis is linearised: standard deviations of its sizes, and z of its tolerances.
 void add_linearisation(const Search& search, const Hypothesis& hypothesis, CandidateEvidence& evidence);
@@ -170,7 +176,7 @@ struct EffectSets {
 /// Looks for one more effect beside two or more, where what they leave is worth it, and refits the best set without
 /// each of its effects. Where one of these can be spared, the set without it joins those of its size (sequential
 /// floating forward selection: Pudil, Novovicova and Kittler 1994, Pattern Recognition Letters 15, 1119).
-/// @param number of the set that grows, among `sets.of(count)`; its evidence gets what is left at its places
+/// @param number of the candidate that grows, among `sets.of(count)`; it gets what is left at its places
 /// @param pending the set is not named without more, so that anything above chance is worth it
 /// @return false if there was none
 bool grow(const Search& search, const Evidence& evidence, std::size_t count, std::size_t number, bool pending,

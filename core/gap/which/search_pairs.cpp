@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
-#include <map>
 #include <utility>
 
 #include "core/gap/verdict/posterior.hpp"
@@ -13,19 +12,19 @@
 namespace wheelhop {
 namespace {
 
-/// The singles to which a second effect is tried: the most probable ones, no law twice, and, in place of the last of
-/// these, the one that leaves least. Alone, the larger of two effects at two places may look improbable for its place.
+/// The fits of singles to which a second effect is tried: the most probable ones and, in place of the last of these,
+/// the one that leaves least. Alone, the larger of two effects at two places may look improbable for its place.
+/// @return their numbers
 std::vector<std::size_t> firsts(const Search& search, const std::vector<RankedCandidate>& ranked,
-                                const std::vector<Hypothesis>& singles) {
-  std::vector<std::size_t> list;  // of singles
-  std::size_t least = singles.size();
+                                const Candidates& singles) {
+  std::vector<std::size_t> list;
+  std::size_t least = singles.fits.size();
   for (const RankedCandidate& own : ranked) {
     if (own.is_parameter) continue;
-    if (least == singles.size() || singles[own.index].chi2 < singles[least].chi2) least = own.index;
-    if (list.size() < search.effort.firsts && std::none_of(list.begin(), list.end(), [&](std::size_t other) {
-          return twins(singles[other], singles[own.index]);
-        }))
-      list.push_back(own.index);
+    const std::size_t fit = singles.evidence[own.index].fit;
+    if (least == singles.fits.size() || singles.fits[fit].chi2 < singles.fits[least].chi2) least = fit;
+    if (list.size() < search.effort.firsts && std::find(list.begin(), list.end(), fit) == list.end())
+      list.push_back(fit);
   }
   if (!list.empty() && std::find(list.begin(), list.end(), least) == list.end()) list.back() = least;
   return list;
@@ -45,72 +44,46 @@ std::vector<Hypothesis> beside(const Search& search, Hypothesis& first, const Ch
                 {.shortlist = search.effort.second_fits, .worth = search.effort.second_worth, .least = least}, known);
 }
 
-/// Each pair once more under the other names that the law of its first effect has.
-void add_twins(const std::vector<RankedCandidate>& ranked, const std::vector<Hypothesis>& singles,
-               std::vector<Hypothesis>& pairs) {
-  std::map<std::string, const Hypothesis*> named;
-  for (const RankedCandidate& own : ranked)
-    if (!own.is_parameter) named[own.name()] = &singles[own.index];
-  const std::size_t count = pairs.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    const Hypothesis& first = *named.at(name_of(pairs[i].effects.front()));
-    for (const auto& [name, twin] : named) {
-      if (name == name_of(pairs[i].effects.back()) || !twins(first, *twin)) continue;
-      pairs.push_back(pairs[i]);
-      pairs.back().effects.front() = twin->effects.back();
-      pairs.back().plausibility += twin->plausibility - first.plausibility;
-    }
-  }
-}
-
 /// The best pair once more with what is next to its first effect alone, at the same place and by another law. Only that
 /// first effect was tried beside the second; two that differ little alone (a delay and a lag) may differ little in a
 /// pair as well, and the answer has to weigh both.
-void add_exchanged(const Search& search, const std::vector<RankedCandidate>& ranked,
-                   const std::vector<Hypothesis>& singles, std::vector<Hypothesis>& pairs) {
+void add_exchanged(const Search& search, const std::vector<RankedCandidate>& ranked, const Candidates& singles,
+                   std::vector<Hypothesis>& pairs) {
   if (pairs.empty()) return;
   const Hypothesis& best =
       *std::min_element(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) { return a.chi2 < b.chi2; });
   const EffectCandidate &first = best.effects.front(), &second = best.effects.back();
-  const auto is_first = [&](const RankedCandidate& own) { return !own.is_parameter && own.name() == name_of(first); };
-  const auto known = std::find_if(ranked.begin(), ranked.end(), is_first);
-  if (known == ranked.end()) return;
-  const double floor = search.study.data.samples, of_first = singles[known->index].chi2 - floor;
+  const auto known = std::find_if(singles.fits.begin(), singles.fits.end(),
+                                  [&](const Hypothesis& single) { return same_form(single.effects.back(), first); });
+  if (known == singles.fits.end()) return;
+  const double floor = search.study.data.samples, of_first = known->chi2 - floor;
   const auto is_rival = [&](const RankedCandidate& own) {
-    if (own.is_parameter || own.name() == name_of(first) || own.name() == name_of(second)) return false;
-    const Hypothesis& single = singles[own.index];
-    return single.effects.back().location == first.location && !twins(single, singles[known->index]) &&
+    if (own.is_parameter) return false;
+    const Hypothesis& single = singles.fit_of(own.index);
+    const EffectCandidate& effect = single.effects.back();
+    return effect.location == first.location && !same_form(effect, first) && !labellings({effect, second}).empty() &&
            single.chi2 - floor <= search.effort.far_behind * of_first &&
            std::none_of(pairs.begin(), pairs.end(), [&](const Hypothesis& pair) {
-             return name_of(pair.effects.front()) == own.name() && name_of(pair.effects.back()) == name_of(second);
+             return same_form(pair.effects.front(), effect) && same_form(pair.effects.back(), second);
            });
   };
   const auto rival = std::find_if(ranked.begin(), ranked.end(), is_rival);
   if (rival == ranked.end()) return;
-  const SizedEffect instead = sized_effect(singles[rival->index], singles[rival->index].effects.size() - 1);
+  const SizedEffect instead = sized_effect(singles.fit_of(rival->index), 0);
   Hypothesis exchanged = fit_set(search.study, search.retuned, {instead, sized_effect(best, 1)}, best);
-  if (exchanged.fit.error.empty()) return;
-  // Under every name that the second effect has in the pair.
-  std::vector<Hypothesis> named = {exchanged};
-  for (const Hypothesis& pair : pairs) {
-    if (!twins(best, pair)) continue;
-    named.push_back(exchanged);
-    named.back().effects.back() = pair.effects.back();
-    named.back().plausibility += pair.plausibility - best.plausibility;
-  }
-  std::move(named.begin(), named.end(), std::back_inserter(pairs));
+  if (!exchanged.fit.error.empty()) pairs.push_back(std::move(exchanged));
 }
 
 /// Every second effect for the best first ones in turn, until a pair closes what the first leaves.
 std::vector<Hypothesis> pairs_of(const Search& search, const std::vector<RankedCandidate>& ranked, const Changes& known,
-                                 std::vector<Hypothesis>& singles) {
+                                 Candidates& singles) {
   const double floor = search.study.data.samples;
   const auto by_chi2 = [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; };
-  const double best_left = std::min_element(singles.begin(), singles.end(), by_chi2)->chi2 - floor;
+  const double best_left = std::min_element(singles.fits.begin(), singles.fits.end(), by_chi2)->chi2 - floor;
   std::vector<Hypothesis> all;
   double before = 0;
   for (const std::size_t i : firsts(search, ranked, singles)) {
-    Hypothesis& first = singles[i];
+    Hypothesis& first = singles.fits[i];
     // Of two effects either alone leaves about as much as the other; what leaves far more is no part of the answer.
     if (first.chi2 - floor > search.effort.far_behind * best_left) continue;
     if (search.step) search.step("a second effect beside " + name_of(first.effects.back()));
@@ -122,22 +95,22 @@ std::vector<Hypothesis> pairs_of(const Search& search, const std::vector<RankedC
   }
   finish(search.study, before, static_cast<std::size_t>(search.effort.finished_pairs), all);
   add_exchanged(search, ranked, singles, all);
-  add_twins(ranked, singles, all);
   std::stable_sort(all.begin(), all.end(), by_chi2);
   return all;
 }
 
-/// A better fit of an effect alone takes the place of the old ones of its name, and of those of its twins.
-void replace(const Search& search, const Hypothesis& better, Evidence& evidence, Candidates& singles) {
-  for (Hypothesis& own : with_twins(better, singles.fits)) {
-    const std::string name = name_of(own.effects.back());
-    for (std::size_t i = singles.fits.size(); i-- > 0;) {
-      if (name_of(singles.fits[i].effects.back()) != name) continue;
-      singles.fits.erase(singles.fits.begin() + static_cast<std::ptrdiff_t>(i));
-      singles.evidence.erase(singles.evidence.begin() + static_cast<std::ptrdiff_t>(i));
-    }
-    singles.evidence.push_back(evidence_of(search, own));
-    singles.fits.push_back(std::move(own));
+/// A better fit of a form alone takes the place of the old one.
+void replace(const Search& search, Hypothesis better, Evidence& evidence, Candidates& singles) {
+  const auto old = std::find_if(singles.fits.begin(), singles.fits.end(),
+                                [&](const Hypothesis& single) { return same_forms(single, better); });
+  const auto number = static_cast<std::size_t>(old - singles.fits.begin());
+  if (old == singles.fits.end()) {
+    add(search, std::move(better), singles);
+  } else {
+    std::erase_if(singles.evidence, [&](const CandidateEvidence& own) { return own.fit == number; });
+    std::vector<CandidateEvidence> told = evidence_of(search, better, number);
+    std::move(told.begin(), told.end(), std::back_inserter(singles.evidence));
+    *old = std::move(better);
   }
   evidence.singles = singles.evidence;
 }
@@ -181,12 +154,11 @@ Candidates find_pairs(const Search& search, const Changes& changes, Evidence& ev
     const std::size_t index = leading->index;
     if (asks_left_at_place(evidence, evidence.singles[index], search.thresholds))
       evidence.singles[index].left_at_place = singles.evidence[index].left_at_place =
-          left_at_place(search, singles.fits[index]);
+          left_at_place(search, singles.fit_of(index));
     const CandidateEvidence first = evidence.singles[index];
     if (!worth_another(evidence, first, search.thresholds)) return pairs;
-    pairs.fits = pairs_of(search, ranked, known, singles.fits);
+    for (Hypothesis& pair : pairs_of(search, ranked, known, singles)) add(search, std::move(pair), pairs);
     if (pairs.fits.empty()) return pairs;
-    for (const Hypothesis& pair : pairs.fits) pairs.evidence.push_back(evidence_of(search, pair));
     // By chi2 alone the best pair may be one of implausible sizes.
     const std::size_t best = ranked_sets(evidence, pairs.evidence, first, search.thresholds).front().index;
     if (!effect_needed(evidence, pairs.evidence[best], 1, first.chi2, search.thresholds)) return pairs;
@@ -194,7 +166,7 @@ Candidates find_pairs(const Search& search, const Changes& changes, Evidence& ev
     // only beside another that nothing needs, or a better fit of one than before.
     std::vector<Hypothesis> alone(2);
     tbb::parallel_for(std::size_t{0}, alone.size(), [&](std::size_t kept) {
-      alone[kept] = fit_subset(study, search.retuned, pairs.fits[best], std::size_t{1} << kept);
+      alone[kept] = fit_subset(study, search.retuned, pairs.fit_of(best), std::size_t{1} << kept);
     });
     bool again = false;
     for (const std::size_t kept : {1U, 0U}) {
@@ -202,7 +174,7 @@ Candidates find_pairs(const Search& search, const Changes& changes, Evidence& ev
       pairs.evidence[best].alone_chi2[kept] = alone[kept].chi2;
       if (again || effect_needed(evidence, pairs.evidence[best], 1 - kept, alone[kept].chi2, search.thresholds))
         continue;
-      replace(search, alone[kept], evidence, singles);
+      replace(search, std::move(alone[kept]), evidence, singles);
       again = true;
     }
     for (Hypothesis& single : alone)
@@ -214,15 +186,24 @@ Candidates find_pairs(const Search& search, const Changes& changes, Evidence& ev
 
 namespace {
 
-/// A set that lost an effect, as one of its size. Of a pair either effect is fitted alone.
-CandidateEvidence evidence_of_rest(const Search& search, const Hypothesis& rest) {
-  CandidateEvidence told = evidence_of(search, rest);
-  if (rest.effects.size() != 2) return told;
+/// Adds a set that lost an effect to those of its size. Of a pair either effect is fitted alone.
+void add_rest(const Search& search, Hypothesis rest, Candidates& sets) {
+  std::array<double, 2> alone_chi2{kUnknown, kUnknown};
   for (const std::size_t kept : {0U, 1U}) {
+    if (rest.effects.size() != 2) break;
     const Hypothesis alone = fit_subset(search.study, search.retuned, rest, std::size_t{1} << kept);
-    if (!alone.fit.error.empty()) told.alone_chi2[kept] = alone.chi2;
+    if (!alone.fit.error.empty()) alone_chi2[kept] = alone.chi2;
   }
-  return told;
+  const std::size_t before = sets.evidence.size();
+  add(search, std::move(rest), sets);
+  for (std::size_t i = before; i < sets.evidence.size(); ++i) sets.evidence[i].alone_chi2 = alone_chi2;
+}
+
+/// Adds candidates to others, their fits after those that are there.
+void append(Candidates more, Candidates& all) {
+  for (CandidateEvidence& own : more.evidence) own.fit += all.fits.size();
+  std::move(more.evidence.begin(), more.evidence.end(), std::back_inserter(all.evidence));
+  std::move(more.fits.begin(), more.fits.end(), std::back_inserter(all.fits));
 }
 
 }  // namespace
@@ -230,39 +211,38 @@ CandidateEvidence evidence_of_rest(const Search& search, const Hypothesis& rest)
 bool grow(const Search& search, const Evidence& evidence, std::size_t count, std::size_t number, bool pending,
           EffectSets& sets) {
   if (count >= search.effort.most_effects) return false;
-  Hypothesis base = sets.of(count).fits[number];
+  Hypothesis base = sets.of(count).fit_of(number);
   CandidateEvidence& before = sets.of(count).evidence[number];
   if (asks_left_at_place(evidence, before, search.thresholds)) before.left_at_place = left_at_place(search, base);
-  const bool above_chance = before.chi2 - evidence.samples > search.thresholds.notice * chance_of(evidence);
+  const double chi2_before = before.chi2;
+  const bool above_chance = chi2_before - evidence.samples > search.thresholds.notice * chance_of(evidence);
   if (!worth_another(evidence, before, search.thresholds) && !(pending && above_chance)) return false;
   std::string names;
-  for (const EffectCandidate& effect : base.effects) names += (names.empty() ? "" : " and ") + name_of(effect);
+  for (const EffectEvidence& effect : before.effects) names += (names.empty() ? "" : " and ") + effect.name();
   if (search.step) search.step("a further effect beside " + names);
   std::vector<Hypothesis> found = beside(search, base, {});
-  finish(search.study, before.chi2, static_cast<std::size_t>(search.effort.finished_pairs), found);
+  finish(search.study, chi2_before, static_cast<std::size_t>(search.effort.finished_pairs), found);
   if (found.empty()) return false;
-  std::vector<CandidateEvidence> told;
-  for (const Hypothesis& set : found) told.push_back(evidence_of(search, set));
-  const std::size_t best = ranked_sets(evidence, told, before, search.thresholds).front().index;
-  std::vector<double>& without = told[best].without_chi2;
+  Candidates grown;
+  for (Hypothesis& set : found) add(search, std::move(set), grown);
+  const std::size_t best = ranked_sets(evidence, grown.evidence, before, search.thresholds).front().index;
+  std::vector<double>& without = grown.evidence[best].without_chi2;
   without.assign(count + 1, kUnknown);
-  without[count] = before.chi2;
-  if (told[best].chi2 < before.chi2) {
+  without[count] = chi2_before;
+  if (grown.evidence[best].chi2 < chi2_before) {
     std::vector<Hypothesis> rests(count);
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
       const std::size_t all = (std::size_t{2} << count) - 1;
-      rests[i] = fit_subset(search.study, search.retuned, found[best], all ^ std::size_t{1} << i);
+      rests[i] = fit_subset(search.study, search.retuned, grown.fit_of(best), all ^ std::size_t{1} << i);
     });
     for (std::size_t i = 0; i < count; ++i) {
       if (rests[i].fit.error.empty()) continue;
       without[i] = rests[i].chi2;
-      if (effect_needed(evidence, told[best], i, without[i], search.thresholds)) continue;
-      sets.of(count).evidence.push_back(evidence_of_rest(search, rests[i]));
-      sets.of(count).fits.push_back(std::move(rests[i]));
+      if (!effect_needed(evidence, grown.evidence[best], i, without[i], search.thresholds))
+        add_rest(search, std::move(rests[i]), sets.of(count));
     }
   }
-  std::move(found.begin(), found.end(), std::back_inserter(sets.larger.fits));
-  std::move(told.begin(), told.end(), std::back_inserter(sets.larger.evidence));
+  append(std::move(grown), sets.larger);
   return true;
 }
 

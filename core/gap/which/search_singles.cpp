@@ -43,27 +43,39 @@ std::vector<FittedParameter> fitted_parameters(const PlantFit& fit, const std::v
   return out;
 }
 
-CandidateEvidence evidence_of(const Search& search, const Hypothesis& hypothesis) {
-  CandidateEvidence out;
-  const std::size_t tolerances = search.study.tolerances.size();
-  const std::vector<FittedParameter> fitted = fitted_parameters(hypothesis.fit, hypothesis.parameters, tolerances);
+namespace {
+
+/// Values and standard deviations of the parameters of each effect of a fit.
+std::vector<std::vector<FittedParameter>> fitted_by_effect(const Search& search, const Hypothesis& hypothesis) {
+  const std::vector<FittedParameter> fitted =
+      fitted_parameters(hypothesis.fit, hypothesis.parameters, search.study.tolerances.size());
+  std::vector<std::vector<FittedParameter>> list;
   auto next = fitted.begin();
   for (const EffectCandidate& effect : hypothesis.effects) {
-    EffectEvidence own{effect.effect, effect.location, effect.form, {}, {}};
     const auto first = next;
     next += static_cast<std::ptrdiff_t>(effect.parameters.size());
-    own.parameters.assign(first, next);
-    for (const Plausible& plausible : effect.plausible) {
-      if (!plausible.defining) continue;
-      const double value = get_parameter(hypothesis.fit.plant, plausible.parameter);
-      own.defining.push_back({shown_name(hypothesis.fit.plant, plausible.parameter), value, plausible.low,
-                              plausible.high, plausible.deviation(value)});
-    }
-    out.effects.push_back(std::move(own));
+    list.emplace_back(first, next);
   }
+  return list;
+}
+
+std::vector<DefiningSize> defining_sizes(const Label& label, const Plant& fitted) {
+  std::vector<DefiningSize> list;
+  for (const Plausible& plausible : label.plausible) {
+    if (!plausible.defining) continue;
+    const double value = get_parameter(fitted, plausible.parameter);
+    list.push_back(
+        {shown_name(fitted, plausible.parameter), value, plausible.low, plausible.high, plausible.deviation(value)});
+  }
+  return list;
+}
+
+/// What a fit tells whatever its effects are called.
+CandidateEvidence unlabelled(const Search& search, const Hypothesis& hypothesis) {
+  CandidateEvidence out;
+  const std::size_t tolerances = search.study.tolerances.size();
   out.chi2 = hypothesis.chi2;
   out.prior_chi2 = hypothesis.prior_chi2;
-  out.log_plausibility = hypothesis.plausibility;
   out.parameters = hypothesis.parameters.size();
   // A finer form took its coarser one's place because it was worth it, and stands under the same name.
   for (const EffectCandidate& effect : hypothesis.effects) out.parameters -= effect.finer_by;
@@ -75,20 +87,57 @@ CandidateEvidence evidence_of(const Search& search, const Hypothesis& hypothesis
   return out;
 }
 
-void add_linearisation(const Search& search, const Hypothesis& hypothesis, CandidateEvidence& evidence) {
-  CandidateEvidence now = evidence_of(search, hypothesis);
-  evidence.effects = std::move(now.effects);
-  evidence.theta = std::move(now.theta);
-  evidence.z = std::move(now.z);
+}  // namespace
+
+std::vector<CandidateEvidence> evidence_of(const Search& search, const Hypothesis& hypothesis, std::size_t number) {
+  const CandidateEvidence common = unlabelled(search, hypothesis);
+  const std::vector<std::vector<FittedParameter>> sizes = fitted_by_effect(search, hypothesis);
+  const Plant& fitted = hypothesis.fit.plant;
+  std::vector<CandidateEvidence> list;
+  for (const std::vector<std::size_t>& labels : labellings(hypothesis.effects)) {
+    CandidateEvidence own = common;
+    own.fit = number;
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const EffectCandidate& effect = hypothesis.effects[i];
+      const Label& label = effect.labels[labels[i]];
+      own.effects.push_back({label.effect, effect.location, label.form, sizes[i], defining_sizes(label, fitted)});
+      own.log_plausibility += log_plausibility(label, fitted);
+    }
+    list.push_back(std::move(own));
+  }
+  return list;
 }
 
+void add(const Search& search, Hypothesis hypothesis, Candidates& candidates) {
+  std::vector<CandidateEvidence> told = evidence_of(search, hypothesis, candidates.fits.size());
+  std::move(told.begin(), told.end(), std::back_inserter(candidates.evidence));
+  candidates.fits.push_back(std::move(hypothesis));
+}
+
+void add_linearisation(const Search& search, const Hypothesis& hypothesis, CandidateEvidence& evidence) {
+  const std::vector<std::vector<FittedParameter>> sizes = fitted_by_effect(search, hypothesis);
+  for (std::size_t i = 0; i < sizes.size(); ++i) evidence.effects[i].parameters = sizes[i];
+  evidence.theta = leading(hypothesis.fit.theta, search.study.tolerances.size());
+  evidence.z = z_of(hypothesis.fit, search.study.tolerances.size());
+}
+
+namespace {
+
+/// Candidates of fits in their order.
+Candidates told_by(const Search& search, std::vector<Hypothesis> fits) {
+  Candidates candidates;
+  for (Hypothesis& own : fits) add(search, std::move(own), candidates);
+  return candidates;
+}
+
+}  // namespace
+
 Candidates find_singles(const Search& search, double colour, Changes& changes) {
-  Candidates singles;
-  singles.fits = extend(search.study, search.retuned,
-                        {.shortlist = search.effort.fits, .least = least_expected(search, colour)}, {}, &changes);
-  finish(search.study, search.retuned.chi2, static_cast<std::size_t>(search.effort.finished), singles.fits);
-  for (const Hypothesis& single : singles.fits) singles.evidence.push_back(evidence_of(search, single));
-  return singles;
+  std::vector<Hypothesis> fits =
+      extend(search.study, search.retuned, {.shortlist = search.effort.fits, .least = least_expected(search, colour)},
+             {}, &changes);
+  finish(search.study, search.retuned.chi2, static_cast<std::size_t>(search.effort.finished), fits);
+  return told_by(search, std::move(fits));
 }
 
 namespace {
@@ -96,12 +145,11 @@ namespace {
 /// Adds fits to singles, and finishes the best of all. @return false if nothing was added
 bool add_singles(const Search& search, std::vector<Hypothesis> more, Candidates& singles) {
   if (more.empty()) return false;
-  std::move(more.begin(), more.end(), std::back_inserter(singles.fits));
-  std::stable_sort(singles.fits.begin(), singles.fits.end(),
-                   [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; });
-  finish(search.study, search.retuned.chi2, static_cast<std::size_t>(search.effort.finished), singles.fits);
-  singles.evidence.clear();
-  for (const Hypothesis& single : singles.fits) singles.evidence.push_back(evidence_of(search, single));
+  std::vector<Hypothesis> fits = std::move(singles.fits);
+  std::move(more.begin(), more.end(), std::back_inserter(fits));
+  std::stable_sort(fits.begin(), fits.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; });
+  finish(search.study, search.retuned.chi2, static_cast<std::size_t>(search.effort.finished), fits);
+  singles = told_by(search, std::move(fits));
   return true;
 }
 
@@ -165,18 +213,17 @@ bool add_by_force(const Search& search, const std::vector<PlaceLeftover>& places
 
 bool refine_singles(const Search& search, const std::vector<std::string>& names, Candidates& singles) {
   if (!refine(search.study, search.retuned, names, search.thresholds.second, singles.fits)) return false;
-  singles.evidence.clear();
-  for (const Hypothesis& single : singles.fits) singles.evidence.push_back(evidence_of(search, single));
+  singles = told_by(search, std::move(singles.fits));
   return true;
 }
 
 std::vector<std::string> worth_refining(const Search& search, const Candidates& singles) {
   std::vector<std::string> names;
   const double floor = search.study.data.samples, gap = search.retuned.chi2 - floor;
-  for (const Hypothesis& single : singles.fits)
-    if (single.chi2 - floor < search.effort.far_behind * (singles.fits.front().chi2 - floor) &&
+  for (const CandidateEvidence& single : singles.evidence)
+    if (single.chi2 - floor < search.effort.far_behind * (singles.evidence.front().chi2 - floor) &&
         single.chi2 - floor < (1 - search.thresholds.worth_pair) * gap)
-      names.push_back(name_of(single.effects.back()));
+      names.push_back(single.last().name());
   return names;
 }
 
@@ -273,9 +320,9 @@ namespace {
 
 /// True of the damping of an element where a damper that saturates stands beside the viscous one: it has a slope of its
 /// own at rest, and what the viscous one had there is part of its form.
-bool shaped_by(const Hypothesis& answer, const ToleranceEvidence& own) {
+bool shaped_by(const CandidateEvidence& answer, const ToleranceEvidence& own) {
   return own.effect == "damping_error" &&
-         std::any_of(answer.effects.begin(), answer.effects.end(), [&](const EffectCandidate& effect) {
+         std::any_of(answer.effects.begin(), answer.effects.end(), [&](const EffectEvidence& effect) {
            return effect.location == own.location && effect.effect == "damper_nonlinearity" &&
                   effect.form == "saturating";
          });
@@ -297,7 +344,7 @@ std::vector<Hypothesis> free_beside(const Search& search, const std::vector<Tole
   std::vector<double> z = candidate.z;
   while (static_cast<Index>(fits.size()) < search.effort.beside && !z.empty() && z.size() == tolerances.size()) {
     for (std::size_t i = 0; i < z.size(); ++i)
-      if (!is_parameter_error(tolerances[i].effect) || shaped_by(answer, tolerances[i])) z[i] = 0;
+      if (!is_parameter_error(tolerances[i].effect) || shaped_by(candidate, tolerances[i])) z[i] = 0;
     for (const FreedEvidence& freed : candidate.freed) z[freed.tolerance] = 0;
     const auto most =
         std::max_element(z.begin(), z.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
@@ -308,7 +355,6 @@ std::vector<Hypothesis> free_beside(const Search& search, const std::vector<Tole
     parameters[tolerance].prior_std = 0;
     Hypothesis freed = fit_from(study, base, parameters);
     freed.effects = answer.effects;
-    freed.plausibility = answer.plausibility;
     // The held-out records may speak against it within their noise; where what was minimised did not fall, the fit
     // found nothing.
     if (freed.fit.error.empty() || objective(freed.fit) > objective(base.fit) ||
