@@ -109,8 +109,9 @@ KnownStart read_start(const JsonCursor& set, const JsonCursor& record) {
     start.rest = cursor.one_of({"free", "rest"}) == "rest";
     return start;
   }
-  if (const auto values = cursor.find("displacement_m")) start.displacement_m = read_by_name(*values);
-  if (const auto values = cursor.find("velocity_m_per_s")) start.velocity_m_per_s = read_by_name(*values);
+  KnownStart::fields(start, [&](const char* key, auto, auto, std::map<std::string, double>& values) {
+    if (const auto given = cursor.find(key)) values = read_by_name(*given);
+  });
   cursor.done();
   return start;
 }
@@ -207,8 +208,9 @@ std::vector<std::string> file_names(const RecordSet& set) {
 Json to_json(const KnownStart& start) {
   if (start.rest) return "rest";
   Json out = Json::object();
-  if (!start.displacement_m.empty()) out["displacement_m"] = start.displacement_m;
-  if (!start.velocity_m_per_s.empty()) out["velocity_m_per_s"] = start.velocity_m_per_s;
+  KnownStart::fields(start, [&](const char* key, auto, auto, const std::map<std::string, double>& values) {
+    if (!values.empty()) out[key] = values;
+  });
   return out;
 }
 

@@ -14,8 +14,19 @@ namespace wheelhop {
 /// What is known of the state in which a record begins. What is not told is free: a fit finds it.
 struct KnownStart {
   bool rest = false;  ///< everything is at rest, in equilibrium under the first sample of the drives
-  /// By mass of a plant; of one that turns in rad and rad/s.
-  std::map<std::string, double> displacement_m, velocity_m_per_s;
+  std::map<std::string, double> displacement_m = {}, velocity_m_per_s = {};       ///< by mass that slides
+  std::map<std::string, double> angle_rad = {}, angular_velocity_rad_per_s = {};  ///< by mass that turns
+
+  enum class Kind { sliding, turning };
+  enum class Order { position, rate };
+  /// Calls visit(key of the file, Kind, Order, values by mass) for each. @param start a KnownStart, const or not
+  template <class Start, class V>
+  static void fields(Start& start, V&& visit) {
+    visit("displacement_m", Kind::sliding, Order::position, start.displacement_m);
+    visit("velocity_m_per_s", Kind::sliding, Order::rate, start.velocity_m_per_s);
+    visit("angle_rad", Kind::turning, Order::position, start.angle_rad);
+    visit("angular_velocity_rad_per_s", Kind::turning, Order::rate, start.angular_velocity_rad_per_s);
+  }
 
   bool operator==(const KnownStart&) const = default;
 };
@@ -83,8 +94,9 @@ struct RecordSet {
 /// Reads `records.json` and the files it names, as reading.hpp tells: `{"sampling_hz"?, "resample_hz"?, "records":
 /// [{"file", "role", "repeat_of"?, "range"?, "skip_initial"?}], "noise_std"?, "set"?}`, and `columns`, `time`,
 /// `format`, `lost_samples` and `start` in the set or in a record.
-/// - `start`: "free" (if nothing is said), "rest", or {"displacement_m"?: {MASS: value}, "velocity_m_per_s"?: ...}. It
-/// is of the first sample that is read, and names masses of the plant that the records are compared with.
+/// - `start`: "free" (if nothing is said), "rest", or {"displacement_m"?: {MASS: value}, "velocity_m_per_s"?: ...}, of
+/// masses that turn `angle_rad` and `angular_velocity_rad_per_s`. It is of the first sample that is read, and names
+/// masses of the plant that the records are compared with.
 /// - `sampling_hz` may be left out where the column of time tells it.
 /// - `resample_hz`: every record is brought to this rate (resample.hpp), whatever its own is.
 /// - `range` and `skip_initial` count samples of the file.

@@ -1,11 +1,14 @@
 #include "core/greybox/fit_record.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "core/data/metrics.hpp"
 #include "core/data/resample.hpp"
 #include "core/plant/dataset.hpp"
+#include "core/plant/rotary.hpp"
 
 namespace wheelhop {
 namespace {
@@ -25,7 +28,9 @@ std::vector<std::pair<Index, double>> known_states(const Plant& plant, const Kno
   const Index n = rest.size() / 2;
   if (start.rest)
     for (Index i = 0; i < 2 * n; ++i) list.emplace_back(i, rest(i));
-  const auto add = [&](const std::map<std::string, double>& values, Index first) {
+  using Kind = KnownStart::Kind;
+  KnownStart::fields(start, [&](const char* key, Kind kind, KnownStart::Order order,
+                                const std::map<std::string, double>& values) {
     for (const auto& [name, value] : values) {
       const auto own = std::find_if(plant.masses.begin(), plant.masses.end(),
                                     [&, &wanted = name](const Mass& mass) { return mass.name == wanted; });
@@ -35,11 +40,15 @@ std::vector<std::pair<Index, double>> known_states(const Plant& plant, const Kno
         throw UserError("start of a record: expected a mass of the plant (" + join_names(known) + "), found \"" + name +
                         "\"");
       }
-      if (own - plant.masses.begin() < n) list.emplace_back(first + (own - plant.masses.begin()), value);
+      if (is_rotary(plant, name) != (kind == Kind::turning))
+        throw UserError(fmt::format("start of a record: \"{}\" {}, but {} is given", name,
+                                    kind == Kind::turning ? "slides: expected displacement_m or velocity_m_per_s"
+                                                          : "turns: expected angle_rad or angular_velocity_rad_per_s",
+                                    key));
+      const Index number = own - plant.masses.begin();
+      if (number < n) list.emplace_back(order == KnownStart::Order::rate ? n + number : number, value);
     }
-  };
-  add(start.displacement_m, 0);
-  add(start.velocity_m_per_s, n);
+  });
   return list;
 }
 

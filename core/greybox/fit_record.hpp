@@ -39,7 +39,8 @@ struct FitRecord {
 };
 
 /// The numbers of [q; v] that a record's start tells, with their values. @param rest [q; v] in equilibrium
-/// UserError that names the plant's masses if it tells of another one.
+/// UserError that names the plant's masses if it tells of another one, or if it gives one that turns in metres, or one
+/// that slides in radians.
 std::vector<std::pair<Index, double>> known_states(const Plant& plant, const KnownStart& start, const Vector& rest);
 
 /// Where a record begins, as far as it is known.

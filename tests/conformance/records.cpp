@@ -92,6 +92,12 @@ TEST_CASE("a set or a record tells how it starts, and what is written reads back
   const RecordSet again = load_records(other / "records.json", kInputs, kOutputs);
   CHECK(again.records[0].start == read.records[0].start);
   CHECK(again.records[1].start == given);
+  RecordSet turning = read;
+  for (Record& record : turning.records) record.file.clear();
+  turning.records[0].start = {.angle_rad = {{"motor", 1}}, .angular_velocity_rad_per_s = {{"motor", -2}}};
+  const test::Folder third;
+  write_records(third.path(), turning);
+  CHECK(load_records(third / "records.json", kInputs, kOutputs).records[0].start == turning.records[0].start);
   CHECK_THROWS_WITH(set.with(R"("start": "resting")"), Contains("$.records[0].start: expected a known name"));
   CHECK_THROWS_WITH(set.with(R"("start": {"displacement": {}})"), Contains("$.records[0].start.displacement"));
   CHECK_THROWS_WITH(set.with(R"("start": {"displacement_m": {"body": "1"}})"),

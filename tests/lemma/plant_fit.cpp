@@ -1,4 +1,5 @@
 // Grey-box fits of plants: parameters come home, priors hold what the data do not tell, the misfit is 1 at the floor.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -381,6 +382,26 @@ TEST_CASE("what a record tells of its start is not moved, and what it does not t
   CHECK(std::abs(given(2)) > 0.1);  // the speed of the body is free, and makes up for the wrong displacement
   CHECK_THROWS_WITH(start_of({false, {{"bdy", 1}}, {}}),
                     Catch::Contains("expected a mass of the plant (body, wheel), found \"bdy\""));
+  CHECK_THROWS_WITH(
+      start_of({.angle_rad = {{"body", 1}}}),
+      Catch::Contains("\"body\" slides: expected displacement_m or velocity_m_per_s, but angle_rad is given"));
+}
+
+TEST_CASE("the start of a mass that turns is told by its angle and its angular velocity") {
+  const Plant plant = plant_from(R"({"name": "drive",
+    "masses": [{"name": "motor", "inertia_kg_m2": 0.02}, {"name": "table", "mass_kg": 5}],
+    "inputs": [{"name": "push", "kind": "force", "on": "table", "unit": "N", "hold_hz": 1000}],
+    "elements": [
+      {"name": "shaft", "between": ["ground", "motor"], "laws": [{"law": "linear_spring", "stiffness_nm_per_rad": 30}]},
+      {"name": "mount", "between": ["ground", "table"], "laws": [{"law": "linear_spring", "stiffness_n_per_m": 1000}]}],
+    "sensors": [{"name": "x", "kind": "displacement", "of": "table", "unit": "m"}]})");
+  const KnownStart start{
+      .displacement_m = {{"table", 0.1}}, .angle_rad = {{"motor", 2}}, .angular_velocity_rad_per_s = {{"motor", 3}}};
+  std::vector<std::pair<Index, double>> found = known_states(plant, start, Vector::Zero(4));
+  std::sort(found.begin(), found.end());
+  CHECK(found == std::vector<std::pair<Index, double>>{{0, 2.0}, {1, 0.1}, {2, 3.0}});
+  CHECK_THROWS_WITH(known_states(plant, {.displacement_m = {{"motor", 1}}}, Vector::Zero(4)),
+                    Catch::Contains("\"motor\" turns: expected angle_rad or angular_velocity_rad_per_s"));
 }
 
 TEST_CASE("the Jacobian of several records is stored without the columns of other records' states, which are zero") {
