@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace wheelhop {
 namespace {
@@ -111,18 +112,14 @@ EffectCandidate with_path(const Plant& plant, const std::string& effect, const s
 
 EffectCandidate with_yielding(const Plant& plant, const LawPlace& place, const std::string& first, double force,
                               double yield) {
-  const std::string other = first == "hysteresis" ? "coulomb_friction" : "hysteresis";
-  const auto form = [](const std::string& effect) { return effect == "hysteresis" ? "Bouc-Wen" : "presliding"; };
-  EffectCandidate candidate = with_law(plant, place, first, form(first), "bouc_wen", {force, yield, 1, 0.5, 0},
-                                       {{"force_n", third(force)}, {"yield_travel_m", third(yield)}});
+  EffectCandidate candidate =
+      with_law(plant, place, "coulomb_friction", "presliding", "bouc_wen", {force, yield, 1, 0.5, 0},
+               {{"force_n", third(force)}, {"yield_travel_m", third(yield)}});
   followed_by_steps(candidate, place.operation);
-  for (const std::string& effect : {first, other}) {
-    if (effect == other) also_called(candidate, other, form(other));
-    if (effect == "hysteresis")
-      plausibly(candidate, "yield_travel_m", kLeastYield, kMostYield);
-    else
-      plausibly(candidate, "yield_travel_m", kLeastPresliding, kMostPresliding);
-  }
+  plausibly(candidate, "yield_travel_m", kLeastPresliding, kMostPresliding);
+  also_called(candidate, "hysteresis", "Bouc-Wen");
+  plausibly(candidate, "yield_travel_m", kLeastYield, kMostYield);
+  if (first == "hysteresis") std::swap(candidate.labels.front(), candidate.labels.back());
   return candidate;
 }
 

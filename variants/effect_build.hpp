@@ -80,7 +80,7 @@ inline constexpr double kLeastYield = 2e-4, kMostYield = 5e-3;
 EffectCandidate with_yielding(const Plant& plant, const LawPlace& place, const std::string& first, double force,
                               double yield);
 
-/// Gives the candidate one more label. What is plausible from then on is so by this one.
+/// Gives the candidate one more label. Later calls of `plausibly` and `defined_by` are about this one.
 void also_called(EffectCandidate& candidate, const std::string& effect, const std::string& form);
 /// Adds where the literature puts the parameter of that last part of a name ("force_n"), under the last label.
 void plausibly(EffectCandidate& candidate, const std::string& parameter, double low, double high);
@@ -88,7 +88,7 @@ void plausibly(EffectCandidate& candidate, const std::string& parameter, double 
 /// than their steps follow. To the records such friction is Coulomb's; the derivatives of too long steps grow without
 /// end.
 void followed_by_steps(EffectCandidate& candidate, const ElementOperation& operation);
-/// Adds between what sizes the parameter makes the effect this one: far above it has another name.
+/// Adds between what sizes the parameter makes the effect that of the last label: far above it has another name.
 void defined_by(EffectCandidate& candidate, const std::string& parameter, double low, double high);
 /// Adds the size that the literature gives to a parameter of that last part of a name, of a passenger car's corner.
 void typically(EffectCandidate& candidate, const std::string& parameter, double value);

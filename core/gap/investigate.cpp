@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "core/gap/evidence/instrument_faults.hpp"
 #include "core/gap/verdict/posterior.hpp"
@@ -131,11 +130,10 @@ double farthest(const PlantFit& fit, std::size_t count) {
   return own > 0 ? fit.theta.head(own).cwiseAbs().maxCoeff() : 0;
 }
 
-/// What a set of effects is known by: their names by first labels, in the order in which they were added.
-std::string names_of(const Hypothesis& hypothesis) {
-  std::string names;
-  for (const EffectCandidate& effect : hypothesis.effects) names += name_of(effect) + " ";
-  return names;
+/// True if a list has a set of effects in the same forms.
+bool has(const std::vector<std::vector<EffectCandidate>>& list, const Hypothesis& hypothesis) {
+  return std::any_of(list.begin(), list.end(),
+                     [&](const std::vector<EffectCandidate>& own) { return same_forms(own, hypothesis.effects); });
 }
 
 /// The list in which the effects of an answer stand.
@@ -173,15 +171,13 @@ void judge(const Setting& setting, const Changes& changes, Investigation& found)
 
 /// The pair that leaves least of those whose fit is not in `grown`, if it does not leave far more than the best one;
 /// the number of candidates for none.
-std::size_t runner_up(const Investigation& found, const std::set<std::string>& grown) {
+std::size_t runner_up(const Investigation& found, const std::vector<std::vector<EffectCandidate>>& grown) {
   const std::vector<CandidateEvidence>& pairs = found.sets.pairs.evidence;
   const double floor = found.evidence.samples;
   std::size_t best = pairs.size(), least = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (pairs[i].chi2 < pairs[least].chi2) least = i;
-    if (!grown.contains(names_of(found.sets.pairs.fit_of(i))) &&
-        (best == pairs.size() || pairs[i].chi2 < pairs[best].chi2))
-      best = i;
+    if (!has(grown, found.sets.pairs.fit_of(i)) && (best == pairs.size() || pairs[i].chi2 < pairs[best].chi2)) best = i;
   }
   const double far = found.search->effort.far_behind;
   return best < pairs.size() && pairs[best].chi2 - floor < far * (pairs[least].chi2 - floor) ? best : pairs.size();
@@ -192,18 +188,18 @@ std::size_t runner_up(const Investigation& found, const std::set<std::string>& g
 void judge_larger(const Setting& setting, Investigation& found) {
   Evidence& evidence = found.evidence;
   const Thresholds& thresholds = setting.options.thresholds;
-  std::set<std::string> grown;  // or tried in vain
+  std::vector<std::vector<EffectCandidate>> grown;  // or tried in vain
   for (int k = 0; k < setting.options.effort.growths; ++k) {
     Effects next = found.verdict.largest;
     if (next.count < 2) return;
     const auto* effects = std::get_if<Effects>(&found.verdict.answer);
     const bool pending = effects == nullptr || effects->count < next.count;
-    const bool again = grown.contains(names_of(candidates_of(found, next).fit_of(next.candidate)));
+    const bool again = has(grown, candidates_of(found, next).fit_of(next.candidate));
     const double left = candidate_of(evidence, next).chi2 / evidence.samples - 1;
     if ((pending || again) && !(left > thresholds.much_left)) return;
     if (again) next = {2, runner_up(found, grown), false};
     if (next.candidate == candidates_of(found, next).evidence.size()) return;  // no other pair
-    grown.insert(names_of(candidates_of(found, next).fit_of(next.candidate)));
+    grown.push_back(candidates_of(found, next).fit_of(next.candidate).effects);
     grow(*found.search, evidence, next.count, next.candidate, pending, found.sets);
     evidence.pairs = found.sets.pairs.evidence;
     evidence.larger = found.sets.larger.evidence;

@@ -8,6 +8,7 @@
 
 #include "core/data/metrics.hpp"
 #include "core/gap/which/correction.hpp"
+#include "core/gap/which/extend.hpp"
 #include "core/gap/which/hypothesis.hpp"
 #include "core/gap/which/parameter_label.hpp"
 #include "core/gap/which/search.hpp"
@@ -275,6 +276,80 @@ TEST_CASE("a law with two labels is one form with both, and two effects at one p
   EffectCandidate elsewhere = smoothed;
   elsewhere.location = "tyre";
   CHECK(named({presliding, elsewhere}) == 4);
+  CHECK(labellings({presliding, elsewhere}).front() == std::vector<std::size_t>{0, 0});
+}
+
+TEST_CASE("a fit is a candidate under each way to name its effects, and knows its number among the fits") {
+  const Plant plant = plant_from(quarter_car_text);
+  RecordSet set = in_motion(plant, 1000);
+  const GapData data = gap_data(plant, set, noise_floor(set), 0.25);
+  Operation operation;
+  REQUIRE(operation_of(plant, data.fitted, {}, operation));
+  const auto solver = make_levenberg_marquardt({});
+  const GapSolvers solvers{*solver, *solver, *solver};
+  const CandidateList catalogue = effect_candidates;
+  const Study study{plant, data, solvers, catalogue, {}};
+  const Thresholds thresholds;
+  const SearchEffort effort;
+  const Bootstrap bootstrap{10, 0, 1};
+  const Hypothesis nothing = fit_hypothesis(study, plant, {});
+  const Step step;
+  const Search search{study, thresholds, effort, bootstrap, nothing, nothing, step};
+  Candidates candidates;
+  std::vector<std::string> names;
+  for (const std::string form : {"presliding", "smoothed sign", "polynomial"})
+    for (const EffectCandidate& own : catalogue(plant, operation)) {
+      if (own.location != "suspension" || own.label().form != form) continue;
+      Hypothesis one = nothing;
+      one.effects = {own};
+      one.parameters = own.parameters;
+      one.fit.plant = own.plant;
+      one.chi2 = static_cast<double>(candidates.fits.size());
+      for (const Label& label : own.labels) names.push_back(name_of(own, label));
+      add_candidates(search, one, candidates);
+    }
+  REQUIRE(candidates.fits.size() == 3);
+  REQUIRE(candidates.evidence.size() == names.size());
+  REQUIRE(names.size() == 5);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const CandidateEvidence& own = candidates.evidence[i];
+    const EffectCandidate& effect = candidates.fit_of(i).effects.front();
+    CHECK(own.last().name() == names[i]);
+    CHECK(own.chi2 == candidates.fit_of(i).chi2);
+    CHECK(own.last().parameters.size() == effect.parameters.size());
+    const auto label = std::find_if(effect.labels.begin(), effect.labels.end(), [&](const Label& known) {
+      return known.effect == own.last().effect && known.form == own.last().form;
+    });
+    REQUIRE(label != effect.labels.end());
+    CHECK(own.log_plausibility == log_plausibility(*label, effect.plant));
+  }
+  // Fitted once more, an effect keeps the labels that it has, in their order.
+  Hypothesis late = candidates.fits.front();
+  std::vector<Label>& labels = late.effects.front().labels;
+  std::swap(labels.front(), labels.back());
+  const Hypothesis again = fit_set(study, nothing, {sized_effect(late, 0)}, nothing);
+  REQUIRE(again.effects.size() == 1);
+  REQUIRE(again.effects.front().labels.size() == 2);
+  CHECK(again.effects.front().label().effect == "hysteresis");
+  labels.pop_back();
+  const Hypothesis one = fit_set(study, nothing, {sized_effect(late, 0)}, nothing);
+  REQUIRE(one.effects.size() == 1);
+  CHECK(name_of(one.effects.front()) == "hysteresis@suspension");
+  CHECK(one.effects.front().labels.size() == 1);
+  // Two candidates of a tyre's polynomial differ by the order of their coefficients: sizes go where they belong.
+  int orders = 0;
+  for (const EffectCandidate& own : catalogue(plant, operation)) {
+    if (own.label().effect != "tyre_nonlinearity" || own.label().form != "polynomial") continue;
+    Hypothesis bent = nothing;
+    bent.effects = {own};
+    bent.parameters = own.parameters;
+    bent.fit.plant = own.plant;
+    const Hypothesis same = fit_set(study, nothing, {sized_effect(bent, 0)}, nothing);
+    REQUIRE(same.parameters.size() == own.parameters.size());
+    for (std::size_t k = 0; k < own.parameters.size(); ++k) CHECK(same.parameters[k].name == own.parameters[k].name);
+    ++orders;
+  }
+  CHECK(orders == 2);
 }
 
 TEST_CASE("at a guide where one effect stands a second may stand, at the guide of a mass that an effect brought none") {

@@ -204,10 +204,12 @@ struct FreedEvidence {
 /// several labels is fitted once, and is one candidate by each.
 struct CandidateEvidence {
   std::vector<EffectEvidence> effects;
-  std::size_t fit = 0;    ///< number of the fit among those of its list; of candidates that share it, all is equal
-                          ///< but the labels and their plausibility
-  double chi2 = 0;        ///< residuals of fitted and held-out records and priors
-  double prior_chi2 = 0;  ///< of that, the priors of the parameters
+  /// Index of the fit among those of its list. Candidates that share it differ by their labels and the plausibility
+  /// under them. What is asked of a leading candidate alone (left_at_place, alone_chi2, without_chi2, freed, standard
+  /// deviations) is known for that one only.
+  std::size_t fit = 0;
+  double chi2 = 0;              ///< residuals of fitted and held-out records and priors
+  double prior_chi2 = 0;        ///< of that, the priors of the parameters
   double log_plausibility = 0;  ///< log density of the sizes of its effects
   std::size_t parameters = 0;   ///< that the fit moved, tolerances included
   double misfit = 0;            ///< reduced chi-square of the fitted records

@@ -27,7 +27,7 @@ Vector standing_out(ConstVectorRef theta, ConstMatrixRef covariance, double colo
 /// An explanation beside others: a candidate, or a parameter that is wrong.
 struct RankedCandidate {
   std::string effect, location;
-  std::size_t index = 0;  ///< in the list it stands for: of sets of effects, of a parameter in that of the freed ones
+  std::size_t index = 0;  ///< into the list of evidence that was ranked: singles, pairs, larger, or freed
   bool is_parameter = false;
   double chi2 = 0;
   double prior_chi2 = 0;  ///< of that, the squared priors of the parameters

@@ -11,7 +11,7 @@ namespace {
 // Judgements: the tolerances within which the size of a fault is known at first, and the standard deviations by which
 // the records must tell the sign of a channel.
 constexpr double kCoarse = 10;
-constexpr double kTold = 4;
+constexpr double kSignTold = 4;
 
 /// The effect of the catalogue that a fault is, in a plant that may have others already; its size that of the fault.
 std::optional<EffectCandidate> candidate_of(const Study& study, const Plant& plant, const Operation& operation,
@@ -85,7 +85,7 @@ std::vector<InstrumentFault> wrong_sign(const Study& study, const Base& base, do
     const auto own = std::find_if(turned.tolerances.begin(), turned.tolerances.end(),
                                   [&](const FitParameter& parameter) { return parameter.name == gain; });
     const Index i = own - turned.tolerances.begin();
-    const double now = get_parameter(fitted.fit.plant, gain), told = kTold * std::sqrt(fitted.fit.covariance(i, i));
+    const double now = get_parameter(fitted.fit.plant, gain), told = kSignTold * std::sqrt(fitted.fit.covariance(i, i));
     const bool sure = now * get_parameter(base.plant, gain) < 0 && std::abs(now) > told * own->scale;
     if (!sure || !faults_explain(base.retuned.chi2, fitted.chi2, study.data.samples, colour, true, thresholds))
       continue;

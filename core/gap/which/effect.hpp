@@ -51,11 +51,12 @@ std::string name_of(const EffectCandidate& candidate);
 /// The same by any of its labels.
 std::string name_of(const EffectCandidate& candidate, const Label& label);
 
-/// True if two candidates are one model form at one place; the sizes they start at may differ.
+/// True if two candidates are one model form at one place: they share a label. The sizes they start at may differ.
 bool same_form(const EffectCandidate& a, const EffectCandidate& b);
 
-/// One label for each effect of a set, by its number there, in all combinations in which no two effects have one name.
-/// The combination of all first labels comes first, if it is one.
+/// All ways to name a set of effects: for each effect the index of one of its labels, so that no two effects have the
+/// same name (effect and location). The one that takes every first label comes first, if it is allowed. Empty if there
+/// is none.
 std::vector<std::vector<std::size_t>> labellings(const std::vector<EffectCandidate>& effects);
 
 /// The candidate at the sizes that the literature gives, where it gives any.

@@ -5,12 +5,10 @@
 
 #include <functional>
 #include <limits>
-#include <string>
 #include <vector>
 
 #include "core/gap/evidence/prepared.hpp"
 #include "core/gap/which/effect.hpp"
-#include "core/gap/which/screen.hpp"
 
 namespace wheelhop {
 
@@ -98,44 +96,7 @@ SizedEffect sized_effect(const Hypothesis& of, std::size_t number);
 Hypothesis fit_set(const Study& study, const Hypothesis& none, const std::vector<SizedEffect>& effects,
                    const Hypothesis& near);
 
-/// True if two hypotheses have the same effects in the same forms, in the same order.
-bool same_forms(const Hypothesis& a, const Hypothesis& b);
-
-/// What of the fast screen is worth a fit.
-struct ExtendOptions {
-  Index shortlist = 10;              ///< fits at most, the best of the screen first
-  Index forms = 3;                   ///< of one effect at one place
-  double worth = 0.1;                ///< screened gain over the best one's, below which a candidate is not fitted
-  double least = 0;                  ///< fall of chi2 that the screen must expect of the best for any to be fitted
-  const PlantFit* around = nullptr;  ///< whose plant the screen looks at; null: that of the base
-  const std::vector<Hypothesis>* tried = nullptr;  ///< forms that are not tried again
-};
-
-/// Adds one effect to a hypothesis in all ways that the fast screen finds worth a fit: a quick one each. No effect is
-/// added a second time at its place, nor one that moves what is moved already.
-/// @param base linearised   @param known, found as of `screen`
-/// @return by chi2, ascending. Not linearised. Fits run side by side; the result does not depend on how many.
-/// Cost: a simulation of every fitted record a candidate, and `shortlist` quick fits.
-std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const ExtendOptions& options,
-                               const Changes& known = {}, Changes* found = nullptr);
-
-/// A quick fit of each candidate of a shortlist. Of fits of one form from several sizes the best one stays.
-/// @param candidates that the shortlist counts   @return as `extend`
-std::vector<Hypothesis> fit_shortlist(const Study& study, const Hypothesis& base,
-                                      const std::vector<EffectCandidate>& candidates,
-                                      const std::vector<Screened>& shortlist);
-
-/// Fits the forms that refine those of a list, of given names. One takes the label of the form that it refines where it
-/// removes more than a share of what that one leaves; a form without a label leaves the list.
-/// @param base of all in the list   @param names "effect@location"   @param list in any order, on return by chi2
-/// @return true if one did. Cost: some patient fits a form.
-bool refine(const Study& study, const Hypothesis& base, const std::vector<std::string>& names, double share,
-            std::vector<Hypothesis>& list);
-
-/// Fits the best of a list of quick fits on to the end, by the thorough solver. Those that lie far behind the first,
-/// and by more than a quick fit tells, stay as they are.
-/// @param before chi2 without their last effect   @param most fits
-/// @param list by chi2, ascending; so on return too, with the best fit of each form
-void finish(const Study& study, double before, std::size_t most, std::vector<Hypothesis>& list);
+/// True if two hypotheses have the same model forms at the same places, in the same order.
+bool same_forms(const std::vector<EffectCandidate>& a, const std::vector<EffectCandidate>& b);
 
 }  // namespace wheelhop

@@ -19,7 +19,7 @@ struct Screened {
 };
 
 /// What candidates change, seen in one screen and good enough for the next: a second effect is looked for in what the
-/// first one leaves, with regressors of the plant without it. By key_of.
+/// first one leaves, with regressors of the plant without it. Keys as of keys_of().
 using Changes = std::map<std::string, Eigen::VectorXf>;
 /// Effect, location, form, and number among candidates that share these.
 std::vector<std::string> keys_of(const std::vector<EffectCandidate>& candidates);

@@ -9,7 +9,7 @@
 #include "core/gap/evidence/closure.hpp"
 #include "core/gap/verdict/evidence.hpp"
 #include "core/gap/verdict/thresholds.hpp"
-#include "core/gap/which/hypothesis.hpp"
+#include "core/gap/which/extend.hpp"
 
 namespace wheelhop {
 
@@ -94,11 +94,12 @@ struct Search {
   const Step& step;
 };
 
-/// Fits, and what they tell: a candidate for each combination of labels of a fit.
+/// Fits, and the candidates for an answer: one for each fit and each way to name its effects.
 struct Candidates {
   std::vector<Hypothesis> fits;
-  std::vector<CandidateEvidence> evidence;  ///< `fit` of each is a number in `fits`; in their order
+  std::vector<CandidateEvidence> evidence;  ///< of the candidates; `fit` of each is an index into `fits`
   std::vector<Hypothesis> alone;            ///< of the best pair: either effect fitted alone
+  /// @param candidate index into `evidence`
   Hypothesis& fit_of(std::size_t candidate) { return fits[evidence[candidate].fit]; }
   const Hypothesis& fit_of(std::size_t candidate) const { return fits[evidence[candidate].fit]; }
 };
@@ -110,12 +111,12 @@ struct FreedParameters {
 /// Values and standard deviations of a fit's parameters from number `first` on; 0 where it is not linearised.
 std::vector<FittedParameter> fitted_parameters(const PlantFit& fit, const std::vector<FitParameter>& list,
                                                std::size_t first);
-/// What a fit of one or more effects tells, by each combination of their labels.
-/// @param number of the fit
+/// What a fit of one or more effects tells, under each way to name them.
+/// @param number index of the fit in Candidates::fits
 std::vector<CandidateEvidence> evidence_of(const Search& search, const Hypothesis& hypothesis, std::size_t number);
 
-/// Adds a fit and what it tells.
-void add(const Search& search, Hypothesis hypothesis, Candidates& candidates);
+/// Adds a fit and its candidates.
+void add_candidates(const Search& search, Hypothesis hypothesis, Candidates& candidates);
 
 /// Once a hypothesis is linearised: standard deviations of its sizes, and z of its tolerances.
 void add_linearisation(const Search& search, const Hypothesis& hypothesis, CandidateEvidence& evidence);
@@ -139,8 +140,8 @@ bool add_by_force(const Search& search, const std::vector<PlaceLeftover>& places
 /// @param singles, return as above
 bool add_best_expected(const Search& search, double colour, const PlantFit& around, Candidates& singles);
 
-/// Fits the finer forms of effects of given names, "effect@location".
-/// @param singles in which they take the places of the coarser ones   @return true if one did
+/// Fits the finer forms of effects of given names, "effect@location", as `refine` does.
+/// @return true if one took over a label
 bool refine_singles(const Search& search, const std::vector<std::string>& names, Candidates& singles);
 
 /// Names of the singles that remove something of the gap and do not leave far more than the best one.

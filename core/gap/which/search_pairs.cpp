@@ -1,6 +1,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -12,30 +13,47 @@
 namespace wheelhop {
 namespace {
 
-/// The fits of singles to which a second effect is tried: the most probable ones and, in place of the last of these,
-/// the one that leaves least. Alone, the larger of two effects at two places may look improbable for its place.
-/// @return their numbers
+/// The singles to which a second effect is tried: the most probable ones, no fit twice, and, in place of the last of
+/// these, the one that leaves least. Alone, the larger of two effects at two places may look improbable for its place.
+/// @return their numbers among the candidates
 std::vector<std::size_t> firsts(const Search& search, const std::vector<RankedCandidate>& ranked,
                                 const Candidates& singles) {
+  const std::vector<CandidateEvidence>& told = singles.evidence;
   std::vector<std::size_t> list;
-  std::size_t least = singles.fits.size();
+  std::size_t least = told.size();
+  const auto listed = [&](std::size_t candidate) {
+    return std::any_of(list.begin(), list.end(),
+                       [&](std::size_t other) { return told[other].fit == told[candidate].fit; });
+  };
   for (const RankedCandidate& own : ranked) {
     if (own.is_parameter) continue;
-    const std::size_t fit = singles.evidence[own.index].fit;
-    if (least == singles.fits.size() || singles.fits[fit].chi2 < singles.fits[least].chi2) least = fit;
-    if (list.size() < search.effort.firsts && std::find(list.begin(), list.end(), fit) == list.end())
-      list.push_back(fit);
+    if (least == told.size() || told[own.index].chi2 < told[least].chi2) least = own.index;
+    if (list.size() < search.effort.firsts && !listed(own.index)) list.push_back(own.index);
   }
-  if (!list.empty() && std::find(list.begin(), list.end(), least) == list.end()) list.back() = least;
+  if (!list.empty() && !listed(least)) list.back() = least;
   return list;
 }
 
-/// Every further effect beside those of a fit.
+/// The fit of a candidate, its labels first.
+Hypothesis called(const Candidates& candidates, std::size_t number) {
+  Hypothesis hypothesis = candidates.fit_of(number);
+  const CandidateEvidence& told = candidates.evidence[number];
+  for (std::size_t i = 0; i < told.effects.size(); ++i) {
+    std::vector<Label>& labels = hypothesis.effects[i].labels;
+    const auto own = std::find_if(labels.begin(), labels.end(),
+                                  [&](const Label& label) { return label.effect == told.effects[i].effect; });
+    std::rotate(labels.begin(), own, own == labels.end() ? own : own + 1);
+  }
+  return hypothesis;
+}
+
+/// Every further effect beside those of a candidate, whose fit is linearised by it.
 /// @param known what candidates change around the re-tuned plant, which holds beside the first effect too
-std::vector<Hypothesis> beside(const Search& search, Hypothesis& first, const Changes& known) {
+std::vector<Hypothesis> beside(const Search& search, Candidates& candidates, std::size_t number, const Changes& known) {
   const Study& study = search.study;
+  Hypothesis& first = candidates.fit_of(number);
   if (first.fit.jacobian.size() == 0 && !linearise(first.fit, first.parameters, study.data.fitted)) return {};
-  Hypothesis base = first;
+  Hypothesis base = called(candidates, number);
   base.held_out =
       fit_plant(first.fit.plant, {}, study.data.held_out, study.solvers.quick, {2, &search.retuned.held_out, false});
   if (base.held_out.error.empty()) return {};
@@ -83,11 +101,11 @@ std::vector<Hypothesis> pairs_of(const Search& search, const std::vector<RankedC
   std::vector<Hypothesis> all;
   double before = 0;
   for (const std::size_t i : firsts(search, ranked, singles)) {
-    Hypothesis& first = singles.fits[i];
+    const CandidateEvidence& first = singles.evidence[i];
     // Of two effects either alone leaves about as much as the other; what leaves far more is no part of the answer.
     if (first.chi2 - floor > search.effort.far_behind * best_left) continue;
-    if (search.step) search.step("a second effect beside " + name_of(first.effects.back()));
-    std::vector<Hypothesis> found = beside(search, first, known);
+    if (search.step) search.step("a second effect beside " + first.last().name());
+    std::vector<Hypothesis> found = beside(search, singles, i, known);
     std::move(found.begin(), found.end(), std::back_inserter(all));
     std::stable_sort(all.begin(), all.end(), by_chi2);
     before = std::max(before, first.chi2);
@@ -99,20 +117,25 @@ std::vector<Hypothesis> pairs_of(const Search& search, const std::vector<RankedC
   return all;
 }
 
-/// A better fit of a form alone takes the place of the old one.
-void replace(const Search& search, Hypothesis better, Evidence& evidence, Candidates& singles) {
+/// Puts a fit of a form alone in the place of the earlier one of that form, or adds it.
+/// @return false if the earlier one is as good: nothing has changed then
+bool replace(const Search& search, Hypothesis better, Evidence& evidence, Candidates& singles) {
   const auto old = std::find_if(singles.fits.begin(), singles.fits.end(),
-                                [&](const Hypothesis& single) { return same_forms(single, better); });
+                                [&](const Hypothesis& single) { return same_forms(single.effects, better.effects); });
   const auto number = static_cast<std::size_t>(old - singles.fits.begin());
   if (old == singles.fits.end()) {
-    add(search, std::move(better), singles);
+    add_candidates(search, std::move(better), singles);
   } else {
+    if (!(better.chi2 < old->chi2)) return false;
     std::erase_if(singles.evidence, [&](const CandidateEvidence& own) { return own.fit == number; });
     std::vector<CandidateEvidence> told = evidence_of(search, better, number);
     std::move(told.begin(), told.end(), std::back_inserter(singles.evidence));
     *old = std::move(better);
   }
+  std::stable_sort(singles.evidence.begin(), singles.evidence.end(),
+                   [](const CandidateEvidence& a, const CandidateEvidence& b) { return a.chi2 < b.chi2; });
   evidence.singles = singles.evidence;
+  return true;
 }
 
 /// The effects that are ranked for the answer: with wrong parameters, or once these are no answer.
@@ -157,8 +180,8 @@ Candidates find_pairs(const Search& search, const Changes& changes, Evidence& ev
           left_at_place(search, singles.fit_of(index));
     const CandidateEvidence first = evidence.singles[index];
     if (!worth_another(evidence, first, search.thresholds)) return pairs;
-    for (Hypothesis& pair : pairs_of(search, ranked, known, singles)) add(search, std::move(pair), pairs);
-    if (pairs.fits.empty()) return pairs;
+    for (Hypothesis& pair : pairs_of(search, ranked, known, singles)) add_candidates(search, std::move(pair), pairs);
+    if (pairs.evidence.empty()) return pairs;
     // By chi2 alone the best pair may be one of implausible sizes.
     const std::size_t best = ranked_sets(evidence, pairs.evidence, first, search.thresholds).front().index;
     if (!effect_needed(evidence, pairs.evidence[best], 1, first.chi2, search.thresholds)) return pairs;
@@ -174,8 +197,7 @@ Candidates find_pairs(const Search& search, const Changes& changes, Evidence& ev
       pairs.evidence[best].alone_chi2[kept] = alone[kept].chi2;
       if (again || effect_needed(evidence, pairs.evidence[best], 1 - kept, alone[kept].chi2, search.thresholds))
         continue;
-      replace(search, std::move(alone[kept]), evidence, singles);
-      again = true;
+      again = replace(search, alone[kept], evidence, singles);
     }
     for (Hypothesis& single : alone)
       if (!again && !single.fit.error.empty()) pairs.alone.push_back(std::move(single));
@@ -195,7 +217,7 @@ void add_rest(const Search& search, Hypothesis rest, Candidates& sets) {
     if (!alone.fit.error.empty()) alone_chi2[kept] = alone.chi2;
   }
   const std::size_t before = sets.evidence.size();
-  add(search, std::move(rest), sets);
+  add_candidates(search, std::move(rest), sets);
   for (std::size_t i = before; i < sets.evidence.size(); ++i) sets.evidence[i].alone_chi2 = alone_chi2;
 }
 
@@ -211,20 +233,20 @@ void append(Candidates more, Candidates& all) {
 bool grow(const Search& search, const Evidence& evidence, std::size_t count, std::size_t number, bool pending,
           EffectSets& sets) {
   if (count >= search.effort.most_effects) return false;
-  Hypothesis base = sets.of(count).fit_of(number);
   CandidateEvidence& before = sets.of(count).evidence[number];
-  if (asks_left_at_place(evidence, before, search.thresholds)) before.left_at_place = left_at_place(search, base);
+  if (asks_left_at_place(evidence, before, search.thresholds))
+    before.left_at_place = left_at_place(search, sets.of(count).fit_of(number));
   const double chi2_before = before.chi2;
   const bool above_chance = chi2_before - evidence.samples > search.thresholds.notice * chance_of(evidence);
   if (!worth_another(evidence, before, search.thresholds) && !(pending && above_chance)) return false;
   std::string names;
   for (const EffectEvidence& effect : before.effects) names += (names.empty() ? "" : " and ") + effect.name();
   if (search.step) search.step("a further effect beside " + names);
-  std::vector<Hypothesis> found = beside(search, base, {});
+  std::vector<Hypothesis> found = beside(search, sets.of(count), number, {});
   finish(search.study, chi2_before, static_cast<std::size_t>(search.effort.finished_pairs), found);
   if (found.empty()) return false;
   Candidates grown;
-  for (Hypothesis& set : found) add(search, std::move(set), grown);
+  for (Hypothesis& set : found) add_candidates(search, std::move(set), grown);
   const std::size_t best = ranked_sets(evidence, grown.evidence, before, search.thresholds).front().index;
   std::vector<double>& without = grown.evidence[best].without_chi2;
   without.assign(count + 1, kUnknown);

@@ -77,7 +77,7 @@ CandidateEvidence unlabelled(const Search& search, const Hypothesis& hypothesis)
   out.chi2 = hypothesis.chi2;
   out.prior_chi2 = hypothesis.prior_chi2;
   out.parameters = hypothesis.parameters.size();
-  // A finer form took its coarser one's place because it was worth it, and stands under the same name.
+  // A finer form took over a label of its coarser one because it was worth it, and stands under the same name.
   for (const EffectCandidate& effect : hypothesis.effects) out.parameters -= effect.finer_by;
   out.misfit = hypothesis.fit.misfit;
   out.stage = hypothesis.stage;
@@ -108,7 +108,7 @@ std::vector<CandidateEvidence> evidence_of(const Search& search, const Hypothesi
   return list;
 }
 
-void add(const Search& search, Hypothesis hypothesis, Candidates& candidates) {
+void add_candidates(const Search& search, Hypothesis hypothesis, Candidates& candidates) {
   std::vector<CandidateEvidence> told = evidence_of(search, hypothesis, candidates.fits.size());
   std::move(told.begin(), told.end(), std::back_inserter(candidates.evidence));
   candidates.fits.push_back(std::move(hypothesis));
@@ -126,7 +126,7 @@ namespace {
 /// Candidates of fits in their order.
 Candidates told_by(const Search& search, std::vector<Hypothesis> fits) {
   Candidates candidates;
-  for (Hypothesis& own : fits) add(search, std::move(own), candidates);
+  for (Hypothesis& own : fits) add_candidates(search, std::move(own), candidates);
   return candidates;
 }
 

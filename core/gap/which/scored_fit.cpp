@@ -1,0 +1,122 @@
+#include "core/gap/which/scored_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace wheelhop {
+namespace {
+
+constexpr double kWorseHeldOut = 1.5;  // held-out misfit over the fitted one, from which parameters may be the reason,
+constexpr double kWorseByChance = 5;   // if it is by so many standard errors of chi2
+constexpr Index kJointIterations = 6;  // the fit of all records begins at that of some
+
+/// True where the held-out records fit so much worse than the fitted ones that what the fit does not know of its
+/// parameters may be the reason.
+bool fits_worse_held_out(const Study& study, const Hypothesis& hypothesis) {
+  const double count = static_cast<double>(hypothesis.held_out.residual.size());
+  const double misfit = hypothesis.held_out.misfit, fitted = std::max(hypothesis.fit.misfit, 1.0);
+  return study.data.apart && !hypothesis.parameters.empty() && misfit > kWorseHeldOut * fitted &&
+         (misfit - fitted) * count > kWorseByChance * std::sqrt(2 * count) * fitted;
+}
+
+/// All records of a study as one fit begins them: the states of both fits, in the scale of the first.
+PlantFit states_of_both(const PlantFit& fit, const PlantFit& held_out) {
+  PlantFit both;
+  both.state_scale = fit.state_scale;
+  both.initial_states = fit.initial_states;
+  both.initial_states.insert(both.initial_states.end(), held_out.initial_states.begin(), held_out.initial_states.end());
+  const auto records = static_cast<Index>(held_out.initial_states.size());
+  both.states_at_rest.resize(fit.states_at_rest.size() + held_out.states_at_rest.size());
+  both.states_at_rest << fit.states_at_rest,
+      held_out.states_at_rest.cwiseProduct(held_out.state_scale.replicate(records, 1))
+          .cwiseQuotient(fit.state_scale.replicate(records, 1));
+  return both;
+}
+
+/// Sum of the squared priors of the parameters.
+double prior_chi2_of(const PlantFit& fit) {
+  return fit.theta.cwiseAbs2().dot(fit.precision.head(fit.theta.size())) / fit.dispersion;
+}
+
+/// chi2 as `complete` tells, where the held-out records fit so much worse that it matters.
+void weigh_held_out(const Study& study, Hypothesis& hypothesis) {
+  if (!fits_worse_held_out(study, hypothesis)) return;
+  std::vector<FitRecord> all = study.data.fitted;
+  all.insert(all.end(), study.data.held_out.begin(), study.data.held_out.end());
+  const PlantFit states = states_of_both(hypothesis.fit, hypothesis.held_out);
+  const PlantFit joint = fit_plant(hypothesis.start, hypothesis.parameters, all, study.solvers.thorough,
+                                   {kJointIterations, &states, false, hypothesis.fit.theta});
+  if (joint.error.empty()) return;
+  const double prior = prior_chi2_of(joint);
+  const double chi2 = joint.residual.squaredNorm() + prior;
+  if (!(chi2 < hypothesis.chi2)) return;
+  hypothesis.chi2 = chi2;
+  hypothesis.prior_chi2 = prior;
+}
+
+}  // namespace
+
+bool fit_quickly(const Study& study, const Solver& solver, const FitOptions& fitted, const FitOptions& held_out,
+                 Hypothesis& hypothesis) {
+  hypothesis.fit = fit_plant(hypothesis.start, hypothesis.parameters, study.data.fitted, solver, fitted);
+  if (hypothesis.fit.error.empty()) return false;
+  hypothesis.held_out = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, held_out);
+  // Where another plant began may lie too far away: from rest once more.
+  if (held_out.from != nullptr && hypothesis.held_out.misfit > kWorseHeldOut * std::max(hypothesis.fit.misfit, 1.0)) {
+    PlantFit rest;
+    rest.state_scale = held_out.from->state_scale;
+    rest.states_at_rest = held_out.from->states_at_rest;
+    const Index states = rest.state_scale.size();
+    for (std::size_t i = 0; i < held_out.from->initial_states.size(); ++i)
+      rest.initial_states.push_back(
+          Vector(rest.states_at_rest.segment(states * static_cast<Index>(i), states).cwiseProduct(rest.state_scale)));
+    FitOptions at_rest = held_out;
+    at_rest.from = &rest;
+    PlantFit other = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, at_rest);
+    if (!other.error.empty() && other.misfit < hypothesis.held_out.misfit) hypothesis.held_out = std::move(other);
+  }
+  if (hypothesis.held_out.error.empty() || !std::isfinite(hypothesis.held_out.misfit)) {
+    hypothesis.stage = {};
+    hypothesis.stage.misfit = hypothesis.chi2 = std::numeric_limits<double>::infinity();
+    hypothesis.fit.error.clear();
+    return false;
+  }
+  hypothesis.stage = stage_of(study.data, hypothesis.held_out);
+  hypothesis.prior_chi2 = prior_chi2_of(hypothesis.fit);
+  hypothesis.chi2 = hypothesis.fit.residual.squaredNorm() + hypothesis.prior_chi2;
+  if (study.data.apart) hypothesis.chi2 += hypothesis.held_out.residual.squaredNorm();
+  return true;
+}
+
+bool complete(const Study& study, const Solver& solver, const FitOptions& fitted, const FitOptions& held_out,
+              Hypothesis& hypothesis) {
+  if (!fit_quickly(study, solver, fitted, held_out, hypothesis)) return false;
+  weigh_held_out(study, hypothesis);
+  return true;
+}
+
+double cost_of_start(const Study& study, const Hypothesis& base, const Plant& start, const Vector& theta) {
+  Plant plant = start;
+  double sum = 0;
+  for (std::size_t i = 0; i < base.parameters.size(); ++i) {
+    const FitParameter& parameter = base.parameters[i];
+    const double deviation = theta(static_cast<Index>(i));
+    set_parameter(plant, parameter.name, get_parameter(start, parameter.name) + deviation * parameter.scale);
+    if (parameter.prior_std > 0) sum += base.fit.dispersion * std::pow(deviation / parameter.prior_std, 2);
+  }
+  Vector residual;
+  if (!plant_residual(plant, study.data.fitted, base.fit.initial_states, residual))
+    return std::numeric_limits<double>::infinity();
+  return sum + residual.squaredNorm();
+}
+
+PlantFit states_of(const PlantFit& fit) {
+  PlantFit states;
+  states.state_scale = fit.state_scale;
+  states.states_at_rest = fit.states_at_rest;
+  states.initial_states = fit.initial_states;
+  return states;
+}
+
+}  // namespace wheelhop
