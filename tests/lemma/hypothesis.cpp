@@ -227,13 +227,28 @@ TEST_CASE("a wrong parameter is called by what it belongs to: slopes, paths, law
   }
 }
 
-TEST_CASE("a law with two labels is one form with both, and two effects at one place never have one name") {
-  const Plant plant = plant_from(quarter_car_text);
+namespace {
+
+/// Records of a quarter car in motion, and the catalogue for it.
+struct Offered {
+  Plant plant = plant_from(quarter_car_text);
   RecordSet set = in_motion(plant, 1000);
-  const GapData data = gap_data(plant, set, noise_floor(set), 0.25);
-  Operation operation;
-  REQUIRE(operation_of(plant, data.fitted, {}, operation));
-  const std::vector<EffectCandidate> all = effect_candidates(plant, operation);
+  GapData data = gap_data(plant, set, noise_floor(set), 0.25);
+  CandidateList catalogue = effect_candidates;
+  std::vector<EffectCandidate> candidates;
+
+  Offered() {
+    Operation operation;
+    REQUIRE(operation_of(plant, data.fitted, {}, operation));
+    candidates = catalogue(plant, operation);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a law with two labels is one form with both, and two effects at one place never have one name") {
+  const Offered offered;
+  const std::vector<EffectCandidate>& all = offered.candidates;
   const auto find = [&](const std::string& form) {
     const auto found = std::find_if(all.begin(), all.end(), [&](const EffectCandidate& own) {
       return own.location == "suspension" && own.label().form == form;
@@ -280,15 +295,11 @@ TEST_CASE("a law with two labels is one form with both, and two effects at one p
 }
 
 TEST_CASE("a fit is a candidate under each way to name its effects, and knows its number among the fits") {
-  const Plant plant = plant_from(quarter_car_text);
-  RecordSet set = in_motion(plant, 1000);
-  const GapData data = gap_data(plant, set, noise_floor(set), 0.25);
-  Operation operation;
-  REQUIRE(operation_of(plant, data.fitted, {}, operation));
+  const Offered offered;
+  const Plant& plant = offered.plant;
   const auto solver = make_levenberg_marquardt({});
   const GapSolvers solvers{*solver, *solver, *solver};
-  const CandidateList catalogue = effect_candidates;
-  const Study study{plant, data, solvers, catalogue, {}};
+  const Study study{plant, offered.data, solvers, offered.catalogue, {}};
   const Thresholds thresholds;
   const SearchEffort effort;
   const Bootstrap bootstrap{10, 0, 1};
@@ -298,7 +309,7 @@ TEST_CASE("a fit is a candidate under each way to name its effects, and knows it
   Candidates candidates;
   std::vector<std::string> names;
   for (const std::string form : {"presliding", "smoothed sign", "polynomial"})
-    for (const EffectCandidate& own : catalogue(plant, operation)) {
+    for (const EffectCandidate& own : offered.candidates) {
       if (own.location != "suspension" || own.label().form != form) continue;
       Hypothesis one = nothing;
       one.effects = {own};
@@ -338,7 +349,7 @@ TEST_CASE("a fit is a candidate under each way to name its effects, and knows it
   CHECK(one.effects.front().labels.size() == 1);
   // Two candidates of a tyre's polynomial differ by the order of their coefficients: sizes go where they belong.
   int orders = 0;
-  for (const EffectCandidate& own : catalogue(plant, operation)) {
+  for (const EffectCandidate& own : offered.candidates) {
     if (own.label().effect != "tyre_nonlinearity" || own.label().form != "polynomial") continue;
     Hypothesis bent = nothing;
     bent.effects = {own};

@@ -7,9 +7,12 @@
 namespace wheelhop {
 namespace {
 
-constexpr double kWorseHeldOut = 1.5;  // held-out misfit over the fitted one, from which parameters may be the reason,
-constexpr double kWorseByChance = 5;   // if it is by so many standard errors of chi2
-constexpr Index kJointIterations = 6;  // the fit of all records begins at that of some
+// Judgements. What a fit does not know of its parameters may be the reason for a worse fit of the held-out records
+// where their misfit is this many times that of the fitted ones, and more by this many standard errors of chi2.
+constexpr double kWorseHeldOut = 1.5;
+constexpr double kWorseByChance = 5;
+// A judgement: the fit of all records begins at the solution of some of them, and needs few iterations.
+constexpr Index kJointIterations = 6;
 
 /// True where the held-out records fit so much worse than the fitted ones that what the fit does not know of its
 /// parameters may be the reason.
