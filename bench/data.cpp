@@ -36,12 +36,12 @@ Matrix road(Excitation drive, Index samples, Random& random) {
 
 }  // namespace
 
-const CarRecord& car_record(Excitation drive, Index samples, double noise) {
-  static std::map<std::tuple<Excitation, Index, double>, CarRecord> records;
-  const auto [at, is_new] = records.try_emplace({drive, samples, noise});
+const CarRecord& car_record(Excitation drive, Index samples, double noise, std::uint64_t draw) {
+  static std::map<std::tuple<Excitation, Index, double, std::uint64_t>, CarRecord> records;
+  const auto [at, is_new] = records.try_emplace({drive, samples, noise, draw});
   CarRecord& record = at->second;
   if (!is_new) return record;
-  Random random(11, Stream::road, static_cast<std::uint64_t>(samples), static_cast<std::uint64_t>(drive));
+  Random random(11, Stream::road, static_cast<std::uint64_t>(samples), static_cast<std::uint64_t>(drive) + 2 * draw);
   record.model = quarter_car();
   record.u = road(drive, samples, random);
   record.u /= record.u.norm() / std::sqrt(static_cast<double>(samples));

@@ -2,6 +2,8 @@
 /// Records of the bench: the linear quarter car at 200 Hz with one input and three outputs of unit size.
 #pragma once
 
+#include <cstdint>
+
 #include "core/model/linear.hpp"
 
 namespace wheelhop::bench {
@@ -16,8 +18,9 @@ enum class Excitation {
   band_limited,  ///< the road of the paper's experiment
 };
 
-/// @param noise RMS of the noise over that of each output. Made once for each combination and kept.
-const CarRecord& car_record(Excitation drive, Index samples, double noise);
+/// @param noise RMS of the noise over that of each output   @param draw which of the records with these properties
+/// Made once for each combination and kept.
+const CarRecord& car_record(Excitation drive, Index samples, double noise, std::uint64_t draw = 0);
 
 /// Largest distance of an estimated pole from the true one that is nearest to it.
 double pole_error(const Matrix& A, const Matrix& truth);

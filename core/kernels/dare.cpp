@@ -4,8 +4,17 @@
 #include <Eigen/LU>
 #include <stdexcept>
 
+#include "core/kernels/kernel_sets.hpp"
+
 namespace wheelhop {
+
 namespace {
+
+#ifdef __x86_64__
+Doubling* const doubling_by_lanes = widest<Doubling>(nullptr, doubling_avx2, doubling_avx512);
+#else
+Doubling* const doubling_by_lanes = nullptr;
+#endif
 
 constexpr int kDoublings = 30;
 constexpr double kRoundOff = 0x1p-53;
@@ -43,90 +52,55 @@ Vector balance(ConstMatrixRef A) {
 
 double bound_of(double norm_of_power, int doublings) { return std::pow(norm_of_power, std::exp2(-doublings)); }
 
-/// X = W^-1 X and Y = W^-1 Y, by Gauss-Jordan elimination with partial pivoting; W is lost. For sizes known to the
-/// compiler every column is a few registers.
-template <class Square>
-void eliminate(Square& W, Square& X, Square& Y) {
-  constexpr int n = Square::RowsAtCompileTime;
-  for (int k = 0; k < n; ++k) {
-    int pivot = k;
-    for (int i = k + 1; i < n; ++i)
-      if (std::abs(W(i, k)) > std::abs(W(pivot, k))) pivot = i;
-    if (pivot != k) {
-      W.row(k).swap(W.row(pivot));
-      X.row(k).swap(X.row(pivot));
-      Y.row(k).swap(Y.row(pivot));
-    }
-    const double scale = 1 / W(k, k);
-    Eigen::Matrix<double, n, 1> factor = W.col(k) * scale;
-    factor(k) = 1 - scale;  // what is left of the row itself is its pivot's share
-    for (int j = k + 1; j < n; ++j) W.col(j) -= W(k, j) * factor;
-    for (int j = 0; j < n; ++j) X.col(j) -= X(k, j) * factor;
-    for (int j = 0; j < n; ++j) Y.col(j) -= Y(k, j) * factor;
-  }
-}
-
-void eliminate(Matrix& W, Matrix& X, Matrix& Y) {
-  const Eigen::PartialPivLU<Eigen::Ref<Matrix>> lu(W);
-  X = lu.solve(X).eval();
-  Y = lu.solve(Y).eval();
-}
-
-/// The doubling itself, on n x n matrices or, for a size known to the compiler, on those with rows and columns of zeros
-/// added, which stand for states that are always zero. In: A the transposed dynamics, G = C' R^-1 C, H = Q. Out: H the
-/// solution.
-template <class Square>
-struct Doubling {
-  Square A, G, H;
-  int doublings = 0;
-  double power = 0;  // norm of the 2^doublings-th power of the closed loop
-  bool finite = true;
-
-  void run() {
-    Square W(A), V(A), M(A), product(A);
-    for (bool converged = false; finite && !converged && doublings < kDoublings; ++doublings) {
-      W.noalias() = G * H;
-      W.diagonal().array() += 1;
-      V = A;
-      M = G;
-      eliminate(W, V, M);  // V = (I + G H)^-1 A, M = (I + G H)^-1 G
-      W.noalias() = H * V;
-      product.noalias() = A.transpose() * W;
-      H += 0.5 * (product + product.transpose());
-      W.noalias() = A * M;
-      product.noalias() = W * A.transpose();
-      G += 0.5 * (product + product.transpose());
-      product.noalias() = A * V;
-      A.swap(product);
-      const double size = A.squaredNorm();
-      finite = std::isfinite(size) && std::isfinite(H.sum()) && std::isfinite(G.sum());
-      // The next increase is A' H (I + G H)^-1 A, at most ||A||^2 ||H||.
-      converged = size <= kRoundOff;
-    }
-    if (!finite) return;
-    // A = (I + G P) times the power of the closed loop.
+/// Doubling by products and factors in blocks.
+DoublingEnd doubling_in_blocks(Matrix& A, Matrix& G, Matrix& H) {
+  const Index n = A.rows();
+  Matrix W(n, n), V(n, n), M(n, n), product(n, n);
+  const auto solve = [&] {
     W.noalias() = G * H;
     W.diagonal().array() += 1;
-    V = A;
-    M.setZero();
-    eliminate(W, V, M);
-    power = V.norm();
+    const Eigen::PartialPivLU<Eigen::Ref<Matrix>> lu(W);
+    V = lu.solve(A);
+    M = lu.solve(G);
+  };
+  DoublingEnd end;
+  for (bool converged = false; !converged && end.doublings < kDoublings; ++end.doublings) {
+    solve();
+    W.noalias() = H * V;
+    H.noalias() += A.transpose() * W;
+    W.noalias() = A * M;
+    G.noalias() += W * A.transpose();
+    product.noalias() = A * V;
+    A.swap(product);
+    converged = !(A.squaredNorm() > kRoundOff);
   }
-};
+  end.finite = all_finite(A) && all_finite(G) && all_finite(H);
+  if (!end.finite) return end;
+  solve();
+  end.power = V.norm();
+  return end;
+}
 
-template <class Square>
-void double_up(const Matrix& A, const Matrix& G, const Matrix& Q, DareSolution& solution, bool& finite) {
-  const Index n = A.rows(), size = std::max<Index>(n, Square::RowsAtCompileTime);
-  Doubling<Square> doubling;
-  doubling.A = doubling.G = doubling.H = Square::Zero(size, size);
-  doubling.A.topLeftCorner(n, n) = A.transpose();
-  doubling.G.topLeftCorner(n, n) = G;
-  doubling.H.topLeftCorner(n, n) = Q;
-  doubling.run();
-  solution.P = doubling.H.topLeftCorner(n, n);
-  solution.doublings = doubling.doublings;
-  solution.radius_bound = bound_of(doubling.power, doubling.doublings);
-  finite = doubling.finite;
+/// Doubling of the dual equation, whose dynamics are A'. @param H Q on entry, the solution on return
+DoublingEnd double_up(const Matrix& A, const Matrix& G, Matrix& H) {
+  const Index n = A.rows();
+  if (doubling_by_lanes == nullptr || n > kMostDoubled) {
+    Matrix powers = A.transpose(), gram = G;
+    return doubling_in_blocks(powers, gram, H);
+  }
+  const Index stride = (n + 7) / 8 * 8, whole = stride * stride;
+  constexpr Index kLine = 8;  // numbers in a line of the cache, to which the loops want matrices aligned
+  Vector memory = Vector::Zero(3 * whole + doubling_work(stride) + kLine);
+  const auto address = reinterpret_cast<std::uintptr_t>(memory.data()) / sizeof(double);
+  double* const aligned = memory.data() + (kLine - static_cast<Index>(address % kLine)) % kLine;
+  double *const a = aligned, *const g = a + whole, *const h = g + whole, *const work = h + whole;
+  const auto part = [&](double* first) { return Eigen::Map<Matrix>(first, stride, stride).topLeftCorner(n, n); };
+  part(a) = A.transpose();
+  part(g) = G;
+  part(h) = H;
+  const DoublingEnd end = doubling_by_lanes(a, g, h, work, n, stride, kDoublings, kRoundOff);
+  H = part(h);
+  return end;
 }
 
 /// Right side less P, and the closed loop if it is asked for.
@@ -165,21 +139,17 @@ DareSolution solve_dare(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef Q, Co
   const Matrix scaled_A = inverse.asDiagonal() * A * d.asDiagonal();
   Matrix whitened = C * d.asDiagonal();
   root.matrixL().solveInPlace(whitened);
-  const Matrix G = whitened.transpose() * whitened, H = inverse.asDiagonal() * Q * inverse.asDiagonal();
-  bool finite = true;
-  if (n <= 4)
-    double_up<Eigen::Matrix<double, 4, 4>>(scaled_A, G, H, solution, finite);
-  else if (n <= 8)
-    double_up<Eigen::Matrix<double, 8, 8>>(scaled_A, G, H, solution, finite);
-  else if (n <= 12)
-    double_up<Eigen::Matrix<double, 12, 12>>(scaled_A, G, H, solution, finite);
-  else
-    double_up<Matrix>(scaled_A, G, H, solution, finite);
-  if (!finite) {
+  const Matrix G = whitened.transpose() * whitened;
+  Matrix H = inverse.asDiagonal() * Q * inverse.asDiagonal();
+  const DoublingEnd end = double_up(scaled_A, G, H);
+  solution.doublings = end.doublings;
+  solution.radius_bound = bound_of(end.power, end.doublings);
+  if (!end.finite) {
+    solution.P = H;
     solution.message = "doubling overflowed: no stabilising solution, or entries of very different size";
     return solution;
   }
-  solution.P = (0.5 * (d.asDiagonal() * (solution.P + solution.P.transpose()) * d.asDiagonal())).eval();
+  solution.P = 0.5 * (d.asDiagonal() * (H + H.transpose()) * d.asDiagonal());
   const bool stable = solution.radius_bound < 1 - kCircle;
   Matrix closed;
   Matrix residual = residual_of(A, C, Q, R, solution.P, &closed);

@@ -1,6 +1,6 @@
 /// \file
-/// The functions behind correlation.hpp and cholesky.hpp, by instruction set. `count` is a multiple of 8, and so is
-/// `stride`.
+/// The functions behind correlation.hpp, cholesky.hpp and dare.hpp, by instruction set. `count` is a multiple of 8, and
+/// so is `stride`.
 #pragma once
 
 #include <cstddef>
@@ -14,10 +14,28 @@ using ExtendedCorrelations = void(const double* const* fixed, std::ptrdiff_t fix
 using PlainCholesky = bool(double* a, std::ptrdiff_t n, std::ptrdiff_t stride);
 using ExtendedCholesky = bool(double* high, double* low, std::ptrdiff_t n, std::ptrdiff_t stride, double least_pivot);
 
+struct DoublingEnd {
+  int doublings = 0;
+  double power = 0;  ///< Frobenius norm of the 2^doublings-th power of the closed loop
+  bool finite = true;
+};
+/// A <- A (I + G H)^-1 A,  G <- G + A (I + G H)^-1 G A',  H <- H + A' H (I + G H)^-1 A  until ||A||_F^2 is at most
+/// `round_off` or `most` doublings are done; `h` is then the solution.
+/// @param a, g, h stride x stride, the last stride - n rows and columns zero, aligned to 64 bytes   @param work
+/// doubling_work(stride) numbers
+/// @param n at most kMostDoubled: where matrices outgrow the caches, products in blocks are faster with AVX2
+///
+/// Other processors use those for every n.
+using Doubling = DoublingEnd(double* a, double* g, double* h, double* work, std::ptrdiff_t n, std::ptrdiff_t stride,
+                             int most, double round_off);
+constexpr std::ptrdiff_t kMostDoubled = 128;
+constexpr std::ptrdiff_t doubling_work(std::ptrdiff_t stride) { return 5 * stride * stride; }
+
 PlainCorrelations plain_avx2, plain_avx512, plain_portable;
 ExtendedCorrelations extended_avx2, extended_avx512, extended_portable;
 PlainCholesky plain_cholesky_avx2, plain_cholesky_avx512, plain_cholesky_portable;
 ExtendedCholesky extended_cholesky_avx2, extended_cholesky_avx512, extended_cholesky_portable;
+Doubling doubling_avx2, doubling_avx512;
 
 /// The widest set that this processor has.
 enum class KernelSet { portable, avx2, avx512 };

@@ -3,6 +3,7 @@
 
 #include "core/kernels/cholesky_loops.hpp"
 #include "core/kernels/correlation_loops.hpp"
+#include "core/kernels/doubling_loops.hpp"
 #include "core/kernels/kernel_sets.hpp"
 
 namespace wheelhop {
@@ -83,6 +84,11 @@ bool plain_cholesky_avx2(double* a, Count n, Count stride) { return plain_choles
 
 bool extended_cholesky_avx2(double* high, double* low, Count n, Count stride, double least_pivot) {
   return extended_cholesky<Avx2, 2>(high, low, n, stride, least_pivot);
+}
+
+DoublingEnd doubling_avx2(double* a, double* g, double* h, double* work, Count n, Count stride, int most,
+                          double round_off) {
+  return doubling<Avx2, 1>(a, g, h, work, n, stride, most, round_off);
 }
 
 }  // namespace wheelhop

@@ -3,6 +3,7 @@
 
 #include "core/kernels/cholesky_loops.hpp"
 #include "core/kernels/correlation_loops.hpp"
+#include "core/kernels/doubling_loops.hpp"
 #include "core/kernels/kernel_sets.hpp"
 
 namespace wheelhop {
@@ -70,6 +71,11 @@ bool plain_cholesky_avx512(double* a, Count n, Count stride) { return plain_chol
 
 bool extended_cholesky_avx512(double* high, double* low, Count n, Count stride, double least_pivot) {
   return extended_cholesky<Avx512, 4>(high, low, n, stride, least_pivot);
+}
+
+DoublingEnd doubling_avx512(double* a, double* g, double* h, double* work, Count n, Count stride, int most,
+                            double round_off) {
+  return doubling<Avx512, 2>(a, g, h, work, n, stride, most, round_off);
 }
 
 }  // namespace wheelhop

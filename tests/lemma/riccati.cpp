@@ -111,6 +111,31 @@ TEST_CASE("the Riccati solution is the limit of the Riccati recursion from any s
   }
 }
 
+TEST_CASE("systems that do not touch have the Riccati solutions that they have alone, of every size") {
+  // Sizes below and above the one from which the doubling works in blocks (128) and those that fill no vector.
+  Random random = numbers(38);
+  for (const Index copies : {1, 3, 12, 40}) {
+    const Index n = 5, p = 2;
+    Problem whole{Matrix::Zero(n * copies, n * copies), Matrix::Zero(p * copies, n * copies),
+                  Matrix::Zero(n * copies, n * copies), Matrix::Zero(p * copies, p * copies)};
+    Matrix alone = Matrix::Zero(n * copies, n * copies);
+    for (Index k = 0; k < copies; ++k) {
+      const Problem part = random_problem(n, p, 0.95, random);
+      whole.A.block(n * k, n * k, n, n) = part.A;
+      whole.C.block(p * k, n * k, p, n) = part.C;
+      whole.Q.block(n * k, n * k, n, n) = part.Q;
+      whole.R.block(p * k, p * k, p, p) = part.R;
+      alone.block(n * k, n * k, n, n) = solve_dare(part.A, part.C, part.Q, part.R).P;
+    }
+    // States in other coordinates, so that no zero is left. An orthogonal change keeps round-off as it is.
+    const Matrix turn = Eigen::HouseholderQR<Matrix>(random.normal(n * copies, n * copies)).householderQ();
+    const DareSolution solution = solve_dare(turn * whole.A * turn.transpose(), whole.C * turn.transpose(),
+                                             turn * whole.Q * turn.transpose(), whole.R);
+    REQUIRE(solution.status == Status::ok);
+    CHECK(relative_error(turn.transpose() * solution.P * turn, alone) < 1e-11);
+  }
+}
+
 TEST_CASE("states in other units have the same Riccati solution in those units") {
   Random random = numbers(36);
   for (const Index n : {3, 6, 12}) {
