@@ -1,5 +1,7 @@
 #include "variants/effect_build.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -42,6 +44,48 @@ std::size_t joint_to_ground(const Plant& plant, const std::string& mass) {
                                   plant.elements.begin());
 }
 
+template <class Parts>
+auto find_named(Parts& parts, const std::string& name) {
+  return std::find_if(parts.begin(), parts.end(), [&](const auto& part) { return part.name == name; });
+}
+
+/// A law at an element, or at the guide of a mass, which then becomes an element where it is none yet.
+std::optional<Applied> law_in(const Plant& plant, const std::string& element, const std::string& mass,
+                              const Law& added) {
+  Applied applied{plant};
+  std::vector<Element>& elements = applied.plant.elements;
+  auto place = find_named(elements, element);
+  if (place == elements.end()) {
+    if (find_named(plant.masses, mass) == plant.masses.end()) return std::nullopt;
+    place = elements.insert(elements.end(), {element, "ground", mass, {}});
+  }
+  Law law = added;
+  // What corrects a damper has that one's damping, whatever it is in this plant.
+  for (std::size_t k = 0; added.kind->is_correction && k < law.values.size(); ++k)
+    if (added.kind->parameters[k].name == "damping_ns_per_m") law.values[k] = viscous_damping(*place);
+  place->laws.push_back(std::move(law));
+  const auto count =
+      std::count_if(place->laws.begin(), place->laws.end(), [&](const Law& own) { return own.kind == added.kind; });
+  applied.law = fmt::format("{}.{}", element, added.kind->name);
+  if (count > 1) applied.law += fmt::format("[{}]", count);
+  return applied;
+}
+
+/// The whole name of the parameter that a candidate moves, of its last part.
+const std::string& moved(const EffectCandidate& candidate, const std::string& parameter) {
+  for (const FitParameter& own : candidate.parameters)
+    if (own.name.ends_with("." + parameter)) return own.name;
+  throw std::invalid_argument("the candidate does not move " + parameter);
+}
+
+/// The plant that a candidate is offered for, with its form.
+void take(EffectCandidate& candidate, const Plant& plant) {
+  std::optional<Applied> applied = candidate.apply(plant);
+  if (!applied) throw std::invalid_argument("the plant has no place for " + candidate.label().effect);
+  candidate.plant = std::move(applied->plant);
+  candidate.law = std::move(applied->law);
+}
+
 }  // namespace
 
 std::vector<LawPlace> law_places(const Plant& plant, const Operation& operation) {
@@ -61,21 +105,6 @@ std::vector<LawPlace> law_places(const Plant& plant, const Operation& operation)
 EffectCandidate with_law(const Plant& plant, const LawPlace& place, const std::string& effect, const std::string& form,
                          const std::string& law, std::vector<double> values,
                          const std::vector<std::pair<std::string, double>>& moved) {
-  if (place.element < plant.elements.size())
-    return with_law(plant, place.element, effect, form, law, std::move(values), moved);
-  Plant guided = plant;
-  guided.elements.push_back({guide_element(place.mass), "ground", place.mass, {}});
-  return with_law(guided, place.element, effect, form, law, std::move(values), moved);
-}
-
-EffectCandidate with_law(const Plant& plant, std::size_t element, const std::string& effect, const std::string& form,
-                         const std::string& law, std::vector<double> values,
-                         const std::vector<std::pair<std::string, double>>& moved) {
-  EffectCandidate candidate;
-  candidate.labels = {{effect, form}};
-  candidate.plant = plant;
-  Element& place = candidate.plant.elements[element];
-  candidate.location = location_of(place);
   Law added;
   added.kind = find_law(law);
   if (!added.kind) throw std::invalid_argument("with_law: unknown law " + law);
@@ -83,30 +112,45 @@ EffectCandidate with_law(const Plant& plant, std::size_t element, const std::str
   if (!added.kind->parameters.front().is_list)
     for (std::size_t i = added.values.size(); i < added.kind->parameters.size(); ++i)
       added.values.push_back(added.kind->parameters[i].fallback);
-  place.laws.push_back(added);
-  int occurrence = 0;
-  for (const Law& other : place.laws) occurrence += other.kind == added.kind;
-  std::string prefix = place.name + "." + law;
-  if (occurrence > 1) prefix.append("[").append(std::to_string(occurrence)).append("]");
+  const bool joined = place.element < plant.elements.size();
+  const std::string element = joined ? plant.elements[place.element].name : guide_element(place.mass);
+  EffectCandidate candidate;
+  candidate.apply = [added, element, mass = place.mass](const Plant& other) {
+    return law_in(other, element, mass, added);
+  };
+  candidate.labels = {{effect, form}};
+  take(candidate, plant);
+  candidate.location = location_of(*find_named(candidate.plant.elements, element));
   for (const auto& [name, scale] : moved) {
-    candidate.parameters.push_back({prefix + "." + name, scale, 0});
+    candidate.parameters.push_back({candidate.law + "." + name, scale, 0});
     if (name == "relaxation_s") candidate.parameters.back().least = 1 / (kRelaxing * plant.hold_hz());
   }
   return candidate;
 }
 
+EffectCandidate with_law(const Plant& plant, std::size_t element, const std::string& effect, const std::string& form,
+                         const std::string& law, std::vector<double> values,
+                         const std::vector<std::pair<std::string, double>>& moved) {
+  return with_law(plant, LawPlace{element, {}, {}}, effect, form, law, std::move(values), moved);
+}
+
 EffectCandidate with_path(const Plant& plant, const std::string& effect, const std::string& location,
-                          const std::string& form, const std::vector<EffectParameter>& parameters) {
+                          const std::string& form, const std::vector<EffectParameter>& parameters, Addition addition) {
   EffectCandidate candidate;
   candidate.labels = {{effect, form}};
   candidate.location = location;
-  candidate.plant = plant;
-  for (const EffectParameter& parameter : parameters) {
-    // A drive that is not held has no hold interval, of which this is a share.
-    if (!plant.held() && parameter.name.ends_with(".sampling_phase")) continue;
-    set_parameter(candidate.plant, parameter.name, parameter.value);
-    candidate.parameters.push_back({parameter.name, parameter.scale, 0});
-  }
+  // A drive that is not held has no hold interval, of which a sampling phase is a share.
+  std::vector<EffectParameter> own = parameters;
+  if (!plant.held())
+    std::erase_if(own, [](const EffectParameter& parameter) { return parameter.name.ends_with(".sampling_phase"); });
+  for (const EffectParameter& parameter : own) candidate.parameters.push_back({parameter.name, parameter.scale, 0});
+  candidate.apply = [own, addition = std::move(addition)](const Plant& other) -> std::optional<Applied> {
+    Applied applied{other};
+    if (addition && !addition(applied.plant)) return std::nullopt;
+    for (const EffectParameter& parameter : own) set_parameter(applied.plant, parameter.name, parameter.value);
+    return applied;
+  };
+  take(candidate, plant);
   return candidate;
 }
 
@@ -179,13 +223,9 @@ double stiffness_at_rest(const Element& element) {
 }
 
 void plausibly(EffectCandidate& candidate, const std::string& parameter, double low, double high) {
-  for (const FitParameter& own : candidate.parameters)
-    if (own.name.ends_with("." + parameter)) {
-      const bool strength = own.name == candidate.parameters.front().name;
-      candidate.labels.back().plausible.push_back({own.name, low, high, strength ? candidate.ideal : 0});
-      return;
-    }
-  throw std::invalid_argument("plausibly: the candidate does not move " + parameter);
+  const std::string& name = moved(candidate, parameter);
+  const bool strength = name == candidate.parameters.front().name;
+  candidate.labels.back().plausible.push_back({name, low, high, strength ? candidate.ideal : 0});
 }
 
 void followed_by_steps(EffectCandidate& candidate, const ElementOperation& operation) {
@@ -203,13 +243,15 @@ void defined_by(EffectCandidate& candidate, const std::string& parameter, double
   candidate.labels.back().plausible.back().defining = true;
 }
 
+void bends(EffectCandidate& candidate, const std::string& parameter, double turns_at, const std::string& below,
+           const std::string& above) {
+  Label& label = candidate.labels.back();
+  label.form = fmt::format("{} or {}", below, above);
+  label.words = {moved(candidate, parameter), turns_at, below, above};
+}
+
 void typically(EffectCandidate& candidate, const std::string& parameter, double value) {
-  for (const FitParameter& own : candidate.parameters)
-    if (own.name.ends_with("." + parameter)) {
-      candidate.typical.emplace_back(own.name, value);
-      return;
-    }
-  throw std::invalid_argument("typically: the candidate does not move " + parameter);
+  candidate.typical.emplace_back(moved(candidate, parameter), value);
 }
 
 double third(double value) { return std::abs(value) / 3; }

@@ -47,9 +47,12 @@ EffectCandidate with_law(const Plant& plant, const LawPlace& place, const std::s
                          const std::string& law, std::vector<double> values,
                          const std::vector<std::pair<std::string, double>>& moved);
 
-/// Sets parameters of a drive or sensor path, of the time base or of a load, by their full names.
+/// What a form adds to a plant before it sets parameters; false where the plant lacks the place or has that already.
+using Addition = std::function<bool(Plant&)>;
+/// Sets parameters of a drive or sensor path, of the time base, or of what `addition` adds, by their full names.
 EffectCandidate with_path(const Plant& plant, const std::string& effect, const std::string& location,
-                          const std::string& form, const std::vector<EffectParameter>& parameters);
+                          const std::string& form, const std::vector<EffectParameter>& parameters,
+                          Addition addition = {});
 
 /// True if one node of the element is a displacement input and the other one moves: a tyre, a base mount; but not a
 /// damper on a dynamometer.
@@ -82,6 +85,9 @@ EffectCandidate with_yielding(const Plant& plant, const LawPlace& place, const s
 
 /// Gives the candidate one more label. Later calls of `plausibly` and `defined_by` are about this one.
 void also_called(EffectCandidate& candidate, const std::string& effect, const std::string& form);
+/// Words of the last label for a form whose parameter of that last part of a name lies below or above a value.
+void bends(EffectCandidate& candidate, const std::string& parameter, double turns_at, const std::string& below,
+           const std::string& above);
 /// Adds where the literature puts the parameter of that last part of a name ("force_n"), under the last label.
 void plausibly(EffectCandidate& candidate, const std::string& parameter, double low, double high);
 /// Keeps fits of a yield travel of Bouc and Wen's law from where an element at three times its RMS speed yields faster

@@ -16,8 +16,6 @@ std::shared_ptr<const Effect> make_added_mode(const EffectOptions&) {
       for (const double mode_hz : {4.0, 5.7, 8.0, 11.3, 16.0, 22.6, 32.0}) {
         const double omega = 2 * std::numbers::pi * mode_hz;
         const double stiffness = mass_kg * omega * omega, damping = 2 * damping_ratio * mass_kg * omega;
-        Plant with_mode = plant;
-        with_mode.masses.push_back({mode, mass_kg, default_tolerance, host.rotary});
         Element spring{mode + "_mount", host.name, mode, {}};
         for (const auto& [law, value] : {std::pair{"linear_spring", stiffness}, std::pair{"viscous_damper", damping}}) {
           Law added;
@@ -25,11 +23,19 @@ std::shared_ptr<const Effect> make_added_mode(const EffectOptions&) {
           added.values = {value};
           spring.laws.push_back(added);
         }
-        with_mode.elements.push_back(spring);
-        list.push_back(with_path(with_mode, "added_mode", host.name, "mass on a spring",
+        const Mass sprung{mode, mass_kg, default_tolerance, host.rotary};
+        const auto mount = [sprung, spring](Plant& other) {
+          const auto known = [&](const Mass& mass) { return mass.name == sprung.name; };
+          if (std::any_of(other.masses.begin(), other.masses.end(), known)) return false;
+          other.masses.push_back(sprung);
+          other.elements.push_back(spring);
+          return true;
+        };
+        list.push_back(with_path(plant, "added_mode", host.name, "mass on a spring",
                                  {{mode + ".mass_kg", mass_kg, third(mass_kg)},
                                   {spring.name + ".linear_spring.stiffness_n_per_m", stiffness, third(stiffness)},
-                                  {spring.name + ".viscous_damper.damping_ns_per_m", damping, third(damping)}}));
+                                  {spring.name + ".viscous_damper.damping_ns_per_m", damping, third(damping)}},
+                                 mount));
         list.back().proportional = false;
         // What swings freely is a mode; what is damped to a crawl only mimics other effects.
         plausibly(list.back(), "mass_kg", 0.2 * mass_kg, 4 * mass_kg);

@@ -16,14 +16,18 @@ std::shared_ptr<const Effect> make_crosstalk(const EffectOptions&) {
                                           &other = plant.sensors[static_cast<std::size_t>(j)];
                              if (i == j || !(all_pairs || own.kind == other.kind) || !(operation.output_rms(j) > 0))
                                continue;
-                             const auto same = [&](const auto& entry) { return entry.first == other.name; };
-                             if (std::any_of(own.path.crosstalk.begin(), own.path.crosstalk.end(), same)) continue;
-                             Plant coupled = plant;
-                             coupled.sensors[static_cast<std::size_t>(i)].path.crosstalk.emplace_back(other.name, 0.0);
+                             const auto couple = [place = i, from = other.name](Plant& coupled) {
+                               auto& known = coupled.sensors[static_cast<std::size_t>(place)].path.crosstalk;
+                               const auto same = [&](const auto& entry) { return entry.first == from; };
+                               if (std::any_of(known.begin(), known.end(), same)) return false;
+                               known.emplace_back(from, 0.0);
+                               return true;
+                             };
+                             if (Plant free = plant; !couple(free)) continue;
                              const std::string place = "sensor:" + own.name;
                              const double factor = 0.02 * operation.output_rms(i) / operation.output_rms(j);
-                             list.push_back(with_path(coupled, "crosstalk", place, "from " + other.name,
-                                                      {{place + ".crosstalk." + other.name, factor, factor}}));
+                             list.push_back(with_path(plant, "crosstalk", place, "from " + other.name,
+                                                      {{place + ".crosstalk." + other.name, factor, factor}}, couple));
                              list.back().either_sign = true;
                              // No mount is so straight that its tilt is seen; of other units no share is known.
                              if (own.kind == other.kind) plausibly(list.back(), "crosstalk." + other.name, 0.005, 0.05);

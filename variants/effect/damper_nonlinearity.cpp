@@ -29,12 +29,16 @@ std::shared_ptr<const Effect> make_damper_nonlinearity(const EffectOptions&) {
       const double damping = viscous_damping(plant.elements[e]);
       const ElementOperation& own = operation.elements[e];
       if (damping <= 0 || !(own.rate_rms_m_per_s > 0)) continue;
+      const auto bending = [&](double knee, double exponent) {
+        list.push_back(with_law(plant, e, "damper_nonlinearity", "", "digressive_damper", {damping, knee, exponent, 1},
+                                {{"knee_velocity_m_per_s", third(knee)}, {"exponent", 0.2}}));
+        bends(list.back(), "exponent", 1, "digressive", "progressive");
+        list.back().proportional = false;
+      };
       // Below the knee the damper is the viscous one, beyond it bends: from twice the usual speed or from the usual.
       for (const double share : {0.7, 2.0}) {
         const double knee = share * own.rate_rms_m_per_s;
-        list.push_back(with_law(plant, e, "damper_nonlinearity", "digressive", "digressive_damper",
-                                {damping, knee, 0.5, 1}, {{"knee_velocity_m_per_s", third(knee)}, {"exponent", 0.2}}));
-        list.back().proportional = false;
+        bending(knee, 0.5);
         typically(list.back(), "knee_velocity_m_per_s", 0.2);
       }
       const double knee = 2 * own.rate_rms_m_per_s;
@@ -44,9 +48,7 @@ std::shared_ptr<const Effect> make_damper_nonlinearity(const EffectOptions&) {
                               {{"knee_velocity_m_per_s", third(0.5 * knee)}, {"exponent", 0.2}, {"sharpness", 0.5}}));
       list.back().proportional = false;
       typically(list.back(), "knee_velocity_m_per_s", 0.2);
-      list.push_back(with_law(plant, e, "damper_nonlinearity", "progressive", "digressive_damper",
-                              {damping, knee, 1.5, 1}, {{"knee_velocity_m_per_s", third(knee)}, {"exponent", 0.2}}));
-      list.back().proportional = false;
+      bending(knee, 1.5);
       typically(list.back(), "knee_velocity_m_per_s", 0.5);
       const double per_m = 0.1 / std::max(own.travel_rms_m, 1e-9), per_m2 = per_m / std::max(own.travel_rms_m, 1e-9);
       list.push_back(with_law(plant, e, "damper_nonlinearity", "position dependent", "position_dependent_damper",

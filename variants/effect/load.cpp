@@ -42,10 +42,15 @@ std::shared_ptr<const Effect> make_load(const EffectOptions&) {
       if (!(size > 0) || turns(plant, mass) || std::any_of(plant.loads.begin(), plant.loads.end(), known) ||
           (has_linear_laws(plant) && shifted_readings(plant, mass) < 2))
         continue;
-      Plant loaded = plant;
-      loaded.loads.push_back({"load_on_" + mass, mass, 0});
-      list.push_back(with_path(loaded, "load", location_of(loaded, loaded.loads.back()), "constant",
-                               {{"load:load_on_" + mass + ".force_n", size, size}}));
+      const Load load{"load_on_" + mass, mass, 0};
+      const auto put_on = [load](Plant& other) {
+        const auto same = [&](const Load& own) { return own.on == load.on; };
+        if (std::any_of(other.loads.begin(), other.loads.end(), same)) return false;
+        other.loads.push_back(load);
+        return true;
+      };
+      list.push_back(with_path(plant, "load", location_of(plant, load), "constant",
+                               {{"load:" + load.name + ".force_n", size, size}}, put_on));
       list.back().either_sign = true;
     }
   });

@@ -15,9 +15,9 @@ std::shared_ptr<const Effect> make_spring_nonlinearity(const EffectOptions&) {
                               {{"coefficients_2", quadratic}, {"coefficients_3", cubic}}));
       list.back().either_sign = true;
       for (const double exponent : {0.5, 2.5}) {  // softer or harder, without the pole or the fall of a polynomial
-        list.push_back(with_law(plant, e, "spring_nonlinearity", exponent < 1 ? "softening" : "hardening",
-                                "bending_spring", {stiffness, 2 * reach, exponent},
+        list.push_back(with_law(plant, e, "spring_nonlinearity", "", "bending_spring", {stiffness, 2 * reach, exponent},
                                 {{"knee_travel_m", third(2 * reach)}, {"exponent", 0.3}}));
+        bends(list.back(), "exponent", 1, "softening", "hardening");
         list.back().proportional = false;
       }
       // A characteristic of straight pieces: another slope beyond a knee, on one side or on both.

@@ -53,7 +53,7 @@ PlanView view_of(std::string name, const std::vector<Forms>& groups, const std::
     PlannedEffect best{group.effect, group.location, "", std::numeric_limits<double>::quiet_NaN()};
     for (const std::size_t c : group.candidates)
       if (!(size(c) <= best.size_sigma) && std::isfinite(size(c))) {
-        best.form = candidates[c].label().form;
+        best.form = form_of(candidates[c].label(), candidates[c].plant);
         best.size_sigma = size(c);
       }
     view.effects.push_back(std::move(best));

@@ -14,13 +14,12 @@ constexpr double kCoarse = 10;
 constexpr double kSignTold = 4;
 
 /// The effect of the catalogue that a fault is, in a plant that may have others already; its size that of the fault.
-std::optional<EffectCandidate> candidate_of(const Study& study, const Plant& plant, const Operation& operation,
+std::optional<EffectCandidate> candidate_of(const std::vector<EffectCandidate>& catalogue, const Plant& plant,
                                             const InstrumentFault& fault) {
-  for (EffectCandidate& candidate : study.candidates(plant, operation)) {
-    if (candidate.label().effect != fault.effect || candidate.location != fault.location ||
-        candidate.parameters.empty())
-      continue;
-    set_parameter(candidate.plant, candidate.parameters.front().name, fault.value);
+  for (const EffectCandidate& own : catalogue) {
+    if (own.label().effect != fault.effect || own.location != fault.location || own.parameters.empty()) continue;
+    std::optional<EffectCandidate> candidate = in_plant(own, plant);
+    if (candidate) set_parameter(candidate->plant, candidate->parameters.front().name, fault.value);
     return candidate;
   }
   return std::nullopt;
@@ -104,8 +103,9 @@ std::optional<Base> corrected(const Study& study, const Base& base, const std::v
   Plant plant = base.plant;
   std::vector<EffectCandidate> effects;
   std::vector<std::string> sizes;
+  const std::vector<EffectCandidate> catalogue = study.candidates(base.plant, operation);
   for (const InstrumentFault& fault : faults) {
-    std::optional<EffectCandidate> candidate = candidate_of(study, plant, operation, fault);
+    std::optional<EffectCandidate> candidate = candidate_of(catalogue, plant, fault);
     if (!candidate) return std::nullopt;
     plant = candidate->plant;
     sizes.push_back(candidate->parameters.front().name);
@@ -130,7 +130,7 @@ std::optional<Base> corrected(const Study& study, const Base& base, const std::v
         own != fine.tolerances.end() && i < covariance.rows() ? std::sqrt(covariance(i, i)) * own->scale : 0;
     evidence.faults.push_back({effect.label().effect,
                                effect.location,
-                               effect.label().form,
+                               form_of(effect.label(), with.retuned.fit.plant),
                                {{name, get_parameter(with.retuned.fit.plant, name), std}},
                                {}});
   }

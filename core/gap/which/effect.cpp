@@ -10,7 +10,34 @@ bool have_one_name(const EffectCandidate& a, const Label& of_a, const EffectCand
   return a.location == b.location && of_a.effect == of_b.effect;
 }
 
+/// A parameter's name in another plant: what it begins with, the law, is called `now` there.
+std::string renamed(const std::string& name, const std::string& law, const std::string& now) {
+  return !law.empty() && name.starts_with(law + ".") ? now + name.substr(law.size()) : name;
+}
+
 }  // namespace
+
+std::optional<EffectCandidate> in_plant(const EffectCandidate& candidate, const Plant& plant) {
+  std::optional<Applied> applied = candidate.apply(plant);
+  if (!applied) return std::nullopt;
+  EffectCandidate there = candidate;
+  there.plant = std::move(applied->plant);
+  there.law = std::move(applied->law);
+  const auto rename = [&](std::string& name) { name = renamed(name, candidate.law, there.law); };
+  for (FitParameter& parameter : there.parameters) rename(parameter.name);
+  for (auto& [name, value] : there.typical) rename(name);
+  for (Label& label : there.labels) {
+    for (Plausible& plausible : label.plausible) rename(plausible.parameter);
+    if (label.words) rename(label.words->parameter);
+  }
+  return there;
+}
+
+std::string form_of(const Label& label, const Plant& fitted) {
+  if (!label.words) return label.form;
+  return get_parameter(fitted, label.words->parameter) < label.words->turns_at ? label.words->below
+                                                                               : label.words->above;
+}
 
 double Plausible::deviation(double value) const {
   constexpr double z90 = 1.6448536269514722;

@@ -2,6 +2,8 @@
 /// Interface of the effect families: what a plant may lack, where it could stand, and how strong it typically is.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,13 +22,35 @@ struct Plausible {
   double deviation(double value) const;
 };
 
+/// Words for a form that bends either way, after a fitted number: `below` the value `turns_at`, or above it.
+struct FormWords {
+  std::string parameter;
+  double turns_at = 0;
+  std::string below, above;
+};
+
 /// What a model form is called. One form may have several labels: a law that yields is friction where it yields soon,
 /// and hysteresis where it yields late. It is fitted once, and its fitted sizes say how well each label suits it.
 struct Label {
   std::string effect;                     ///< id of the effect, as the name of a family
   std::string form;                       ///< the form, in words of that effect
   std::vector<Plausible> plausible = {};  ///< sizes that go by this label
+  std::optional<FormWords> words = {};
 };
+
+/// The form of a label in words: of a form that bends either way, how it does in the fitted plant.
+std::string form_of(const Label& label, const Plant& fitted);
+
+/// A plant that a model form was applied to.
+struct Applied {
+  Plant plant;
+  /// "ELEMENT.LAW" of the law that the form adds, or "ELEMENT.LAW[2]" beside another one of its kind: what the names of
+  /// its parameters begin with. Empty where those are the same in every plant.
+  std::string law = {};
+};
+
+/// A model form as an operation on a plant. None where the plant lacks the place or has the change already.
+using ModelForm = std::function<std::optional<Applied>(const Plant&)>;
 
 /// One model form at one place: the plant with it, ready to be simulated and fitted.
 struct EffectCandidate {
@@ -43,8 +67,14 @@ struct EffectCandidate {
   /// Form with which this one begins: it is fitted from that one's solution where that is an answer, never screened.
   std::string refines = {};
   std::size_t finer_by = 0;  ///< parameters that it has beyond that form
+  ModelForm apply = {};      ///< how `plant` was made; in_plant() makes others
+  std::string law = {};      ///< Applied::law in `plant`
   const Label& label() const { return labels.front(); }
 };
+
+/// The candidate in another plant, with the sizes at which it was offered. None where that plant lacks the place or has
+/// the change already.
+std::optional<EffectCandidate> in_plant(const EffectCandidate& candidate, const Plant& plant);
 
 /// "effect@location" by the first label of a candidate, as effects are named in files and to users.
 std::string name_of(const EffectCandidate& candidate);

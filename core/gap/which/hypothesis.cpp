@@ -127,40 +127,6 @@ Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitP
   return hypothesis;
 }
 
-namespace {
-
-/// True if two candidates move the same parameters in the same order, by the last parts of their names.
-bool same_order(const EffectCandidate& a, const EffectCandidate& b) {
-  const auto last = [](const std::string& name) { return name.substr(name.rfind('.') + 1); };
-  return std::equal(
-      a.parameters.begin(), a.parameters.end(), b.parameters.begin(), b.parameters.end(),
-      [&](const FitParameter& own, const FitParameter& other) { return last(own.name) == last(other.name); });
-}
-
-/// An effect in another plant, where its parameters may have other names. It keeps its labels and its parameters in
-/// their order.
-std::optional<EffectCandidate> in_plant(const Study& study, const Plant& plant, const Operation& operation,
-                                        const EffectCandidate& wanted) {
-  std::optional<EffectCandidate> found;
-  for (EffectCandidate& candidate : study.candidates(plant, operation)) {
-    if (!same_form(candidate, wanted) || !same_order(candidate, wanted)) continue;
-    // Of several sizes to start at that of the same family.
-    const bool own = candidate.label().effect == wanted.label().effect;
-    if (found && !own) continue;
-    found = std::move(candidate);
-    if (own) break;
-  }
-  if (!found) return found;
-  std::vector<Label> labels;
-  for (const Label& label : wanted.labels)
-    for (const Label& there : found->labels)
-      if (there.effect == label.effect && there.form == label.form) labels.push_back(there);
-  found->labels = std::move(labels);
-  return found;
-}
-
-}  // namespace
-
 SizedEffect sized_effect(const Hypothesis& of, std::size_t number) {
   std::size_t first = of.parameters.size();
   for (std::size_t i = number; i < of.effects.size(); ++i) first -= of.effects[i].parameters.size();
@@ -185,14 +151,12 @@ Hypothesis fit_set(const Study& study, const Hypothesis& none, const std::vector
   for (const FitParameter& parameter : none.parameters) values.push_back(get_parameter(near.fit.plant, parameter.name));
   Plant plant = none.fit.plant;
   for (const auto& [wanted, sizes] : effects) {
-    Operation operation;
-    if (!operation_of(plant, study.data.fitted, none.fit.initial_states, operation)) return {};
-    std::optional<EffectCandidate> found = in_plant(study, plant, operation, wanted);
-    if (!found) return {};
+    std::optional<EffectCandidate> effect = in_plant(wanted, plant);
+    if (!effect) return {};
     values.insert(values.end(), sizes.begin(), sizes.end());
-    subset.parameters.insert(subset.parameters.end(), found->parameters.begin(), found->parameters.end());
-    subset.effects.push_back(*found);
-    plant = found->plant;
+    subset.parameters.insert(subset.parameters.end(), effect->parameters.begin(), effect->parameters.end());
+    plant = effect->plant;
+    subset.effects.push_back(std::move(*effect));
   }
   // Tolerances count from the plant as delivered.
   for (const FitParameter& parameter : none.parameters)

@@ -100,7 +100,8 @@ std::vector<CandidateEvidence> evidence_of(const Search& search, const Hypothesi
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const EffectCandidate& effect = hypothesis.effects[i];
       const Label& label = effect.labels[labels[i]];
-      own.effects.push_back({label.effect, effect.location, label.form, sizes[i], defining_sizes(label, fitted)});
+      own.effects.push_back(
+          {label.effect, effect.location, form_of(label, fitted), sizes[i], defining_sizes(label, fitted)});
       own.log_plausibility += log_plausibility(label, fitted);
     }
     list.push_back(std::move(own));
