@@ -123,8 +123,11 @@ void add_chain(Index samples, Index s) {
     LinearEstimate estimate;
     for (auto _ : state) estimate = method->identify(record.u, record.y, 4);
     if (estimate.status != Status::ok) state.SkipWithError(estimate.message.c_str());
-    state.counters["pole_error"] = pole_error_rms(
-        samples, kNoise, [&](const CarRecord& other) { return Matrix(method->identify(other.u, other.y, 4).model.A); });
+    state.counters["pole_error"] = pole_error_rms(samples, kNoise, [&](const CarRecord& other) {
+      const LinearEstimate own = method->identify(other.u, other.y, 4);
+      if (own.status != Status::ok) state.SkipWithError(own.message.c_str());
+      return Matrix(own.model.A);
+    });
   });
   for (const auto& [variant, feeding] : {std::pair{"SLICOT IB01AD+BD+CD", peers::Feeding::whole},
                                          std::pair{"SLICOT batches of 20k", peers::Feeding::batches}}) {
@@ -136,7 +139,8 @@ void add_chain(Index samples, Index s) {
         if (peers::slicot_identify(record, static_cast<int>(s), 4, feeding, model) != 0)
           state.SkipWithError("SLICOT failed");
       state.counters["pole_error"] = pole_error_rms(samples, kNoise, [&](const CarRecord& other) {
-        peers::slicot_identify(as_peer(other), static_cast<int>(s), 4, feeding, model);
+        if (peers::slicot_identify(as_peer(other), static_cast<int>(s), 4, feeding, model) != 0)
+          state.SkipWithError("SLICOT failed");
         return model.A;
       });
     });

@@ -19,6 +19,7 @@ enum class Excitation {
 };
 
 /// @param noise RMS of the noise over that of each output   @param draw which of the records with these properties
+///
 /// Made once for each combination and kept.
 const CarRecord& car_record(Excitation drive, Index samples, double noise, std::uint64_t draw = 0);
 

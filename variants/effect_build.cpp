@@ -60,25 +60,26 @@ std::optional<Applied> law_in(const Plant& plant, const std::string& element, co
     place = elements.insert(elements.end(), {element, "ground", mass, {}});
   }
   Law law = added;
-  // What corrects a damper has that one's damping, whatever it is in this plant.
+  // What corrects a damper has that one's damping, whatever it is in this plant: set_parameter() moves both as long as
+  // they are equal. Other numbers that no fit moves stay as they were offered.
   for (std::size_t k = 0; added.kind->is_correction && k < law.values.size(); ++k)
-    if (added.kind->parameters[k].name == "damping_ns_per_m") law.values[k] = viscous_damping(*place);
+    if (added.kind->parameters[k].name == "damping_ns_per_m") {
+      law.values[k] = viscous_damping(*place);
+      if (!(law.values[k] > 0)) return std::nullopt;
+    }
   place->laws.push_back(std::move(law));
-  const auto count =
-      std::count_if(place->laws.begin(), place->laws.end(), [&](const Law& own) { return own.kind == added.kind; });
-  applied.law = fmt::format("{}.{}", element, added.kind->name);
-  if (count > 1) applied.law += fmt::format("[{}]", count);
+  applied.law = law_name(*place, place->laws.size() - 1);
   return applied;
 }
 
-/// The whole name of the parameter that a candidate moves, of its last part.
-const std::string& moved(const EffectCandidate& candidate, const std::string& parameter) {
+/// The whole name of a parameter that a candidate moves. @param parameter its last part
+const std::string& moved_name(const EffectCandidate& candidate, const std::string& parameter) {
   for (const FitParameter& own : candidate.parameters)
     if (own.name.ends_with("." + parameter)) return own.name;
   throw std::invalid_argument("the candidate does not move " + parameter);
 }
 
-/// The plant that a candidate is offered for, with its form.
+/// Sets `plant` and `law` of a candidate: its form in the plant that it is offered for.
 void take(EffectCandidate& candidate, const Plant& plant) {
   std::optional<Applied> applied = candidate.apply(plant);
   if (!applied) throw std::invalid_argument("the plant has no place for " + candidate.label().effect);
@@ -223,7 +224,7 @@ double stiffness_at_rest(const Element& element) {
 }
 
 void plausibly(EffectCandidate& candidate, const std::string& parameter, double low, double high) {
-  const std::string& name = moved(candidate, parameter);
+  const std::string& name = moved_name(candidate, parameter);
   const bool strength = name == candidate.parameters.front().name;
   candidate.labels.back().plausible.push_back({name, low, high, strength ? candidate.ideal : 0});
 }
@@ -247,11 +248,11 @@ void bends(EffectCandidate& candidate, const std::string& parameter, double turn
            const std::string& above) {
   Label& label = candidate.labels.back();
   label.form = fmt::format("{} or {}", below, above);
-  label.words = {moved(candidate, parameter), turns_at, below, above};
+  label.words = {moved_name(candidate, parameter), turns_at, below, above};
 }
 
 void typically(EffectCandidate& candidate, const std::string& parameter, double value) {
-  candidate.typical.emplace_back(moved(candidate, parameter), value);
+  candidate.typical.emplace_back(moved_name(candidate, parameter), value);
 }
 
 double third(double value) { return std::abs(value) / 3; }

@@ -85,7 +85,8 @@ EffectCandidate with_yielding(const Plant& plant, const LawPlace& place, const s
 
 /// Gives the candidate one more label. Later calls of `plausibly` and `defined_by` are about this one.
 void also_called(EffectCandidate& candidate, const std::string& effect, const std::string& form);
-/// Words of the last label for a form whose parameter of that last part of a name lies below or above a value.
+/// Sets the form of the last label to "BELOW or ABOVE", and the words that tell them apart by the fitted value of a
+/// parameter. @param parameter the last part of its name
 void bends(EffectCandidate& candidate, const std::string& parameter, double turns_at, const std::string& below,
            const std::string& above);
 /// Adds where the literature puts the parameter of that last part of a name ("force_n"), under the last label.

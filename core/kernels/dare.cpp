@@ -2,12 +2,12 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <cstdint>
 #include <stdexcept>
 
 #include "core/kernels/kernel_sets.hpp"
 
 namespace wheelhop {
-
 namespace {
 
 #ifdef __x86_64__

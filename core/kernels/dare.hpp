@@ -26,9 +26,9 @@ struct DareSolution {
 /// Status: not_stabilisable if the closed loop has an eigenvalue within about 3e-7 of the unit circle or outside (the
 /// pair (C, A) is undetectable, or (A, Q) has an uncontrollable mode on the circle), or the residual stays above 1e-8:
 /// P and its residual are then those of the last doubling; not_finite on overflow, a singular R or arguments that are
-/// not finite. std::invalid_argument on shapes only. Cost about 17 n^3 a doubling, no memory in the loop; up to n = 128
-/// by loops of this processor's widest vectors (kernel_sets.hpp). A radius r needs about log2(18 / (1 - r)) doublings;
-/// at most 30. A residual above 4e-15 gets one step of Newton's method. Source: Chu, Fan, Lin & Wang 2004,
+/// not finite. std::invalid_argument on shapes only. Cost about 17 n^3 a doubling; up to n = 128 by loops of this
+/// processor's widest vectors, which take no memory (kernel_sets.hpp). A radius r needs about log2(18 / (1 - r))
+/// doublings; at most 30. A residual above 4e-15 gets one step of Newton's method. Source: Chu, Fan, Lin & Wang 2004,
 /// "Structure-preserving algorithms for periodic discrete-time algebraic Riccati equations", Int. J. Control 77(8), on
 /// the dual (A', C', Q, R).
 DareSolution solve_dare(ConstMatrixRef A, ConstMatrixRef C, ConstMatrixRef Q, ConstMatrixRef R);

@@ -1,6 +1,6 @@
 /// \file
 /// The doubling of solve_dare() over a type V of eight lanes, compiled once for each instruction set. As in
-/// correlation_loops.hpp nothing here is left to the linker.
+/// correlation_loops.hpp nothing here is left to the linker, functions of <cmath> that are inline included.
 ///
 /// Matrices are n x n, their columns `stride` apart. `stride` is a multiple of 8, and rows and columns from n to the
 /// next multiple of 8 are stored as zeros, so that no loop has a remainder.
@@ -86,7 +86,7 @@ template <class V>
       for (std::ptrdiff_t j = panel; j < k; ++j) follow<V, 1>(column, w + j * stride, pivots + j, 1, stride);
     std::ptrdiff_t best = k;
     for (std::ptrdiff_t i = k + 1; i < n; ++i)
-      if (std::abs(column[pivots[i]]) > std::abs(column[pivots[best]])) best = i;
+      if (__builtin_fabs(column[pivots[i]]) > __builtin_fabs(column[pivots[best]])) best = i;
     const std::ptrdiff_t pivot = pivots[best];
     pivots[best] = pivots[k];
     pivots[k] = pivot;
@@ -154,7 +154,7 @@ template <class V, int Groups>
     a = next;
     next = before;
     const double size = dot<V>(a, a, whole);
-    end.finite = std::isfinite(size);
+    end.finite = __builtin_isfinite(size);
     // The next increase of H is A' H (I + G H)^-1 A, at most ||A||^2 ||H||.
     converged = !(size > round_off);
   }

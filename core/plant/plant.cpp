@@ -44,16 +44,6 @@ void visit_paths(AnyPlant& plant, bool all, Visit visit) {
   in("timebase.", "timebase")("clock_skew", "-", plant.clock_skew, 0, Range{});
 }
 
-/// "suspension.viscous_damper", or "suspension.viscous_damper[2]" of a second law of one kind.
-std::string law_name(const Element& element, std::size_t law) {
-  const LawKind* kind = element.laws[law].kind;
-  int occurrence = 1;
-  for (std::size_t j = 0; j < law; ++j) occurrence += element.laws[j].kind == kind;
-  std::string name = element.name + "." + kind->name;
-  if (occurrence > 1) name += fmt::format("[{}]", occurrence);
-  return name;
-}
-
 /// Calls visit(name, location, unit, value, tolerance, range) for every scalar that a fit may move.
 template <class AnyPlant, class Visit>
 void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
@@ -100,6 +90,15 @@ bool turns(const Plant& plant, const std::string& mass) {
     for (const auto& [name, weight] : point.weights)
       if (name == mass && weight < 0) return true;
   return false;
+}
+
+std::string law_name(const Element& element, std::size_t law) {
+  const LawKind* kind = element.laws[law].kind;
+  int occurrence = 1;
+  for (std::size_t j = 0; j < law; ++j) occurrence += element.laws[j].kind == kind;
+  std::string name = element.name + "." + kind->name;
+  if (occurrence > 1) name += fmt::format("[{}]", occurrence);
+  return name;
 }
 
 std::string guide_element(const std::string& mass) { return "guide_of_" + mass; }

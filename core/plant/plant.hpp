@@ -123,6 +123,10 @@ Json to_json(const Plant& plant);
 /// True of a mass that rigid points carry with a negative weight, as they do a pitch or roll.
 bool turns(const Plant& plant, const std::string& mass);
 
+/// "suspension.viscous_damper", or "suspension.viscous_damper[2]" of a second law of one kind: what the names of a
+/// law's parameters begin with. @param law its number in the element
+std::string law_name(const Element& element, std::size_t law);
+
 /// Name of the element between the ground and a mass that holds the laws of its guide where a plant file has no other
 /// element there: what an effect puts at `guide:MASS`. (Names in a plant file hold no colon.)
 std::string guide_element(const std::string& mass);

@@ -28,7 +28,8 @@ std::string rotary_name(std::string_view name) {
   const std::size_t digits = name.find_last_not_of("0123456789");
   const bool numbered = digits != std::string_view::npos && digits + 1 < name.size() && name[digits] == '_';
   const std::string_view stem = numbered ? name.substr(0, digits) : name;
-  const std::string whole = "_" + std::string(stem);  // "per_m" ends like "_per_m"
+  std::string whole = "_";  // "per_m" ends like "_per_m"
+  whole += stem;
   for (const auto& [end, turned] : kEnds)
     if (whole.ends_with(end))
       return (whole.substr(0, whole.size() - end.size()) + std::string(turned)).substr(1) +

@@ -1,8 +1,11 @@
 // The Riccati equation and the Kalman filter of Sec. 2.5.
 #include <catch2/catch.hpp>
+#include <cstdint>
 #include <limits>
+#include <vector>
 
 #include "core/kernels/kalman.hpp"
+#include "core/kernels/kernel_sets.hpp"
 #include "tests/support/systems.hpp"
 
 using namespace wheelhop;
@@ -111,8 +114,8 @@ TEST_CASE("the Riccati solution is the limit of the Riccati recursion from any s
   }
 }
 
-TEST_CASE("systems that do not touch have the Riccati solutions that they have alone, of every size") {
-  // Sizes below and above the one from which the doubling works in blocks (128) and those that fill no vector.
+TEST_CASE("systems that do not touch have the Riccati solutions that they have alone") {
+  // Sizes below and above the one from which the doubling works in blocks (128).
   Random random = numbers(38);
   for (const Index copies : {1, 3, 12, 40}) {
     const Index n = 5, p = 2;
@@ -149,6 +152,52 @@ TEST_CASE("states in other units have the same Riccati solution in those units")
     CHECK(relative_error(inverse * scaled.P * inverse, P) < 1e-10);
   }
 }
+
+#ifdef __x86_64__
+TEST_CASE("a doubling by lanes is that of its formulas, and the same bits on every instruction set") {
+  Random random = numbers(39);
+  for (const Index n : {1, 3, 7, 8, 9, 16, 17, 40, 127, 128}) {
+    const Index stride = (n + 7) / 8 * 8, whole = stride * stride;
+    const Matrix A = random_dynamics(n, 0.9, random), G = random_covariance(n, random),
+                 H = random_covariance(n, random);
+    constexpr int most = 3;
+    Matrix a = A, g = G, h = H;
+    for (int k = 0; k < most; ++k) {
+      const Matrix inverse = solve(Matrix::Identity(n, n) + g * h, Matrix::Identity(n, n));
+      const Matrix next = a * inverse * a, more = a * inverse * g * a.transpose();
+      h += (a.transpose() * h * inverse * a).eval();
+      g += more;
+      a = next;
+    }
+    const double power = (solve(Matrix::Identity(n, n) + g * h, a)).norm();
+    std::vector<Doubling*> sets;
+    if (kernel_set() >= KernelSet::avx2) sets.push_back(doubling_avx2);
+    if (kernel_set() >= KernelSet::avx512) sets.push_back(doubling_avx512);
+    Vector first;
+    for (Doubling* const doubling : sets) {
+      Vector memory = Vector::Zero(3 * whole + doubling_work(stride) + 8);
+      const auto past = reinterpret_cast<std::uintptr_t>(memory.data()) / sizeof(double) % 8;
+      double* const start = memory.data() + (8 - past) % 8;
+      const auto part = [&](Index k) {
+        return Eigen::Map<Matrix>(start + k * whole, stride, stride).topLeftCorner(n, n);
+      };
+      part(0) = A;
+      part(1) = G;
+      part(2) = H;
+      const DoublingEnd end = doubling(start, start + whole, start + 2 * whole, start + 3 * whole, n, stride, most, 0);
+      CAPTURE(n, end.power, power);
+      CHECK(end.doublings == most);
+      CHECK(end.finite);
+      CHECK(end.power == Approx(power).epsilon(1e-9));
+      CHECK(relative_error(part(1), g) < 1e-12);
+      CHECK(relative_error(part(2), h) < 1e-12);
+      const Vector result = Eigen::Map<Vector>(start, 3 * whole);
+      if (first.size() == 0) first = result;
+      CHECK((result.tail(2 * whole) - first.tail(2 * whole)).norm() == 0);
+    }
+  }
+}
+#endif
 
 TEST_CASE("the Lyapunov solution is the sum of its series, and a mode on the circle or outside is told") {
   Random random = numbers(37);

@@ -25,8 +25,11 @@ std::shared_ptr<const Effect> make_added_mode(const EffectOptions&) {
         }
         const Mass sprung{mode, mass_kg, default_tolerance, host.rotary};
         const auto mount = [sprung, spring](Plant& other) {
-          const auto known = [&](const Mass& mass) { return mass.name == sprung.name; };
-          if (std::any_of(other.masses.begin(), other.masses.end(), known)) return false;
+          const auto has = [&](const std::string& name) {
+            return std::any_of(other.masses.begin(), other.masses.end(),
+                               [&](const Mass& mass) { return mass.name == name; });
+          };
+          if (!has(spring.from) || has(sprung.name)) return false;
           other.masses.push_back(sprung);
           other.elements.push_back(spring);
           return true;

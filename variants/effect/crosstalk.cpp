@@ -2,6 +2,14 @@
 #include "variants/effect/effects.hpp"
 
 namespace wheelhop {
+namespace {
+
+bool sees(const Sensor& sensor, const std::string& other) {
+  return std::any_of(sensor.path.crosstalk.begin(), sensor.path.crosstalk.end(),
+                     [&](const auto& entry) { return entry.first == other; });
+}
+
+}  // namespace
 
 // A tilted mount or a shared ground lets one channel see 0.5 to 3 % of another, in the size that this has here.
 std::shared_ptr<const Effect> make_crosstalk(const EffectOptions&) {
@@ -16,14 +24,13 @@ std::shared_ptr<const Effect> make_crosstalk(const EffectOptions&) {
                                           &other = plant.sensors[static_cast<std::size_t>(j)];
                              if (i == j || !(all_pairs || own.kind == other.kind) || !(operation.output_rms(j) > 0))
                                continue;
+                             if (sees(own, other.name)) continue;
                              const auto couple = [place = i, from = other.name](Plant& coupled) {
-                               auto& known = coupled.sensors[static_cast<std::size_t>(place)].path.crosstalk;
-                               const auto same = [&](const auto& entry) { return entry.first == from; };
-                               if (std::any_of(known.begin(), known.end(), same)) return false;
-                               known.emplace_back(from, 0.0);
+                               Sensor& sensor = coupled.sensors[static_cast<std::size_t>(place)];
+                               if (sees(sensor, from)) return false;
+                               sensor.path.crosstalk.emplace_back(from, 0.0);
                                return true;
                              };
-                             if (Plant free = plant; !couple(free)) continue;
                              const std::string place = "sensor:" + own.name;
                              const double factor = 0.02 * operation.output_rms(i) / operation.output_rms(j);
                              list.push_back(with_path(plant, "crosstalk", place, "from " + other.name,

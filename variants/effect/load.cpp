@@ -45,7 +45,10 @@ std::shared_ptr<const Effect> make_load(const EffectOptions&) {
       const Load load{"load_on_" + mass, mass, 0};
       const auto put_on = [load](Plant& other) {
         const auto same = [&](const Load& own) { return own.on == load.on; };
-        if (std::any_of(other.loads.begin(), other.loads.end(), same)) return false;
+        const auto there = [&](const Mass& own) { return own.name == load.on; };
+        if (std::none_of(other.masses.begin(), other.masses.end(), there) ||
+            std::any_of(other.loads.begin(), other.loads.end(), same))
+          return false;
         other.loads.push_back(load);
         return true;
       };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace wheelhop {
 namespace {
@@ -18,6 +19,7 @@ std::string renamed(const std::string& name, const std::string& law, const std::
 }  // namespace
 
 std::optional<EffectCandidate> in_plant(const EffectCandidate& candidate, const Plant& plant) {
+  if (!candidate.apply) throw std::invalid_argument("in_plant: " + name_of(candidate) + " has no form to apply");
   std::optional<Applied> applied = candidate.apply(plant);
   if (!applied) return std::nullopt;
   EffectCandidate there = candidate;

@@ -22,7 +22,7 @@ struct Plausible {
   double deviation(double value) const;
 };
 
-/// Words for a form that bends either way, after a fitted number: `below` the value `turns_at`, or above it.
+/// Words for a form that bends either way: `below` where the fitted parameter is less than `turns_at`, else `above`.
 struct FormWords {
   std::string parameter;
   double turns_at = 0;
@@ -33,7 +33,7 @@ struct FormWords {
 /// and hysteresis where it yields late. It is fitted once, and its fitted sizes say how well each label suits it.
 struct Label {
   std::string effect;                     ///< id of the effect, as the name of a family
-  std::string form;                       ///< the form, in words of that effect
+  std::string form;                       ///< the form, in words of that effect; with `words` one that names both
   std::vector<Plausible> plausible = {};  ///< sizes that go by this label
   std::optional<FormWords> words = {};
 };
@@ -49,7 +49,9 @@ struct Applied {
   std::string law = {};
 };
 
-/// A model form as an operation on a plant. None where the plant lacks the place or has the change already.
+/// A model form as an operation on a plant. None where the plant lacks the place, or what the form corrects, or has the
+/// part already that the form adds (a mass, a load, a path between sensors). A law is added beside one of its kind, and
+/// a number of a path is set once more. A form that would do nothing is not refused: a catalogue does not offer it.
 using ModelForm = std::function<std::optional<Applied>(const Plant&)>;
 
 /// One model form at one place: the plant with it, ready to be simulated and fitted.
@@ -67,13 +69,13 @@ struct EffectCandidate {
   /// Form with which this one begins: it is fitted from that one's solution where that is an answer, never screened.
   std::string refines = {};
   std::size_t finer_by = 0;  ///< parameters that it has beyond that form
-  ModelForm apply = {};      ///< how `plant` was made; in_plant() makes others
+  ModelForm apply = {};      ///< how `plant` was made, for in_plant()
   std::string law = {};      ///< Applied::law in `plant`
   const Label& label() const { return labels.front(); }
 };
 
-/// The candidate in another plant, with the sizes at which it was offered. None where that plant lacks the place or has
-/// the change already.
+/// The candidate in another plant, with the sizes at which it was offered; what corrects a damper has that plant's
+/// damping. None as of its form. std::invalid_argument if it has no `apply`.
 std::optional<EffectCandidate> in_plant(const EffectCandidate& candidate, const Plant& plant);
 
 /// "effect@location" by the first label of a candidate, as effects are named in files and to users.

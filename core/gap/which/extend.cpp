@@ -180,8 +180,11 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
   if (!operation_of(around.plant, study.data.fitted, around.initial_states, operation)) return {};
   const std::vector<EffectCandidate> candidates = study.candidates(around.plant, operation);
   const auto tried = [&](const EffectCandidate& candidate) {
+    // A form that bends either way is tried once to each side.
+    const std::string words = form_of(candidate.label(), candidate.plant);
     return options.tried && std::any_of(options.tried->begin(), options.tried->end(), [&](const Hypothesis& other) {
-             return same_form(other.effects.back(), candidate);
+             const EffectCandidate& before = other.effects.back();
+             return same_form(before, candidate) && form_of(before.label(), other.fit.plant) == words;
            });
   };
   std::vector<Screened> shortlist;

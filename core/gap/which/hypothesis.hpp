@@ -78,8 +78,8 @@ Hypothesis fit_from(const Study& study, const Hypothesis& base, std::vector<FitP
 /// plant as it is there and as it was delivered. A fit without an effect that did nothing is thus as good as the one
 /// with it.
 /// @param none without effects   @param all with n effects, `none` its base   @param members bit i: effect i is in
-/// @return `fit.error` empty where a plant without the others has no place for an effect, or a simulation failed. Not
-/// linearised. Cost: two thorough fits.
+/// @return `fit.error` empty where a plant without the others has no place for an effect or nothing that it corrects,
+/// or a simulation failed. Not linearised. Cost: two thorough fits.
 Hypothesis fit_subset(const Study& study, const Hypothesis& none, const Hypothesis& all, std::size_t members);
 
 /// An effect and the values of its parameters.
