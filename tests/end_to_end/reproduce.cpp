@@ -127,14 +127,14 @@ TEST_CASE("a suspension with friction, memory and clearance is reproduced like a
         element.at("laws").push_back(Json::parse(law));
     }
     config["plant"] = plant;
-    config["realisations"] = 1;
+    config["realisations"] = 9;  // of short records each hangs on the last digits of the processor
     config["estimation_s"] = 60;
   });
   const Said said = run_program(reproduce_command(folder, "a", "--quiet"), "PATH=/nowhere");
   INFO(said.err);
   CHECK(said.status == 0);
   const Json table = parse_json(read_file(folder / "a/table1.json"), "table1.json");
-  CHECK(table.at("per_realisation").at(0).at("physics").at("spring_r2").get<double>() > 0.999);
+  CHECK(table.at("physics").at("spring_r2").at("median").get<double>() > 0.999);
 }
 
 TEST_CASE("mistakes end with status 2 and one line before anything is made") {
