@@ -98,7 +98,8 @@ void add_factors(Excitation excitation, Index samples, Index s, double noise) {
 }
 
 /// Root mean square of the pole errors on several records. One record cannot tell two methods apart: the ratio of their
-/// errors scatters by some per cent from record to record.
+/// errors scatters by some per cent from record to record. Twenty records bring that below one per cent where it is
+/// largest; of long ones, which scatter less and cost more, there are four.
 /// @param dynamics A of a model that is identified from a record
 template <class Dynamics>
 double pole_error_rms(Index samples, double noise, const Dynamics& dynamics) {

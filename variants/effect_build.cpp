@@ -80,7 +80,7 @@ const std::string& moved_name(const EffectCandidate& candidate, const std::strin
 }
 
 /// Sets `plant` and `law` of a candidate: its form in the plant that it is offered for.
-void take(EffectCandidate& candidate, const Plant& plant) {
+void make_plant(EffectCandidate& candidate, const Plant& plant) {
   std::optional<Applied> applied = candidate.apply(plant);
   if (!applied) throw std::invalid_argument("the plant has no place for " + candidate.label().effect);
   candidate.plant = std::move(applied->plant);
@@ -120,7 +120,7 @@ EffectCandidate with_law(const Plant& plant, const LawPlace& place, const std::s
     return law_in(other, element, mass, added);
   };
   candidate.labels = {{effect, form}};
-  take(candidate, plant);
+  make_plant(candidate, plant);
   candidate.location = location_of(*find_named(candidate.plant.elements, element));
   for (const auto& [name, scale] : moved) {
     candidate.parameters.push_back({candidate.law + "." + name, scale, 0});
@@ -151,7 +151,7 @@ EffectCandidate with_path(const Plant& plant, const std::string& effect, const s
     for (const EffectParameter& parameter : own) set_parameter(applied.plant, parameter.name, parameter.value);
     return applied;
   };
-  take(candidate, plant);
+  make_plant(candidate, plant);
   return candidate;
 }
 

@@ -21,7 +21,7 @@ struct DoublingEnd {
   bool finite = true;
 };
 /// A <- A (I + G H)^-1 A,  G <- G + A (I + G H)^-1 G A',  H <- H + A' H (I + G H)^-1 A  until ||A||_F^2 is at most
-/// `round_off` or `most` doublings are done; `h` is then the solution.
+/// `round_off` or `most` doublings are done; `h` is then the solution, and `a` is lost.
 /// @param a, g, h stride x stride, the last stride - n rows and columns zero, aligned to 64 bytes
 /// @param work doubling_work(stride) zeros   @param n at most kMostDoubled
 using Doubling = DoublingEnd(double* a, double* g, double* h, double* work, std::ptrdiff_t n, std::ptrdiff_t stride,
