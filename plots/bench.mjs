@@ -5,13 +5,13 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
 import { InputError, loadDrawing } from './input.mjs';
 
-/** Case and ratio of every peer; an error where the file is no bench result. */
+/** Case and ratio of every peer, "n=005" as "n=5"; an error where the file is no bench result. */
 export function ratios(result) {
   if (result?.schema !== 'wheelhop.bench/1' || !Array.isArray(result.results))
     throw new Error('expected a file that `wheelhop bench --out` wrote (schema wheelhop.bench/1)');
   return result.results
     .filter((item) => Number.isFinite(item.ratio))
-    .map(({ what, variant, case: of, ratio }) => ({ what, variant, of, ratio }));
+    .map(({ what, variant, case: of, ratio }) => ({ what, variant, of: of.replace(/=0+(?=\d)/, '='), ratio }));
 }
 
 /** "N=20k s=20" as [20000, "s=20"], for an order by size. */

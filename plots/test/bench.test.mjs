@@ -9,12 +9,13 @@ const result = {
     { what: 'R factor', case: 'N=2k', variant: 'wheelhop', ms: { median: 1 } },
     { what: 'R factor', case: 'N=2k', variant: 'peer & co', ms: { median: 4 }, ratio: 4 },
     { what: 'R factor', case: 'N=20k', variant: 'peer & co', failed: 'it did' },
-    { what: 'Riccati equation', case: 'n=5', variant: 'other', ms: { median: 1 }, ratio: 0.5 },
+    { what: 'Riccati equation', case: 'n=005', variant: 'other', ms: { median: 1 }, ratio: 0.5 },
   ],
 };
 
 test('one mark a peer that ran, the same bytes each time, all text escaped', async () => {
   assert.deepEqual(ratios(result).map((item) => item.ratio), [4, 0.5]);
+  assert.deepEqual(ratios(result).map((item) => item.of), ['N=2k', 'n=5']);
   const svg = await toSvg(result);
   assert.equal(svg, await toSvg(result));
   assert.match(svg, /Wheelhop is faster in 1 of 2/);
