@@ -82,7 +82,7 @@ const std::string& moved_name(const EffectCandidate& candidate, const std::strin
 /// Sets `plant` and `law` of a candidate: its form in the plant that it is offered for.
 void make_plant(EffectCandidate& candidate, const Plant& plant) {
   std::optional<Applied> applied = candidate.apply(plant);
-  if (!applied) throw std::invalid_argument("the plant has no place for " + candidate.label().effect);
+  if (!applied) throw std::invalid_argument("the plant has no place for " + candidate.label().effect.text());
   candidate.plant = std::move(applied->plant);
   candidate.law = std::move(applied->law);
 }
@@ -91,7 +91,7 @@ void make_plant(EffectCandidate& candidate, const Plant& plant) {
 
 std::vector<LawPlace> law_places(const Plant& plant, const Operation& operation) {
   std::vector<LawPlace> list;
-  const auto is_guide = [&](std::size_t e) { return location_of(plant.elements[e]) != plant.elements[e].name; };
+  const auto is_guide = [&](std::size_t e) { return location_of(plant.elements[e]).kind == PlaceKind::guide; };
   for (std::size_t e = 0; e < plant.elements.size(); ++e)
     if (!is_guide(e)) list.push_back({e, {}, operation.elements[e]});
   for (std::size_t i = 0; i < plant.masses.size(); ++i) {
@@ -103,7 +103,7 @@ std::vector<LawPlace> law_places(const Plant& plant, const Operation& operation)
   return list;
 }
 
-EffectCandidate with_law(const Plant& plant, const LawPlace& place, const std::string& effect, const std::string& form,
+EffectCandidate with_law(const Plant& plant, const LawPlace& place, const EffectId& effect, const std::string& form,
                          const std::string& law, std::vector<double> values,
                          const std::vector<std::pair<std::string, double>>& moved) {
   Law added;
@@ -129,14 +129,14 @@ EffectCandidate with_law(const Plant& plant, const LawPlace& place, const std::s
   return candidate;
 }
 
-EffectCandidate with_law(const Plant& plant, std::size_t element, const std::string& effect, const std::string& form,
+EffectCandidate with_law(const Plant& plant, std::size_t element, const EffectId& effect, const std::string& form,
                          const std::string& law, std::vector<double> values,
                          const std::vector<std::pair<std::string, double>>& moved) {
   return with_law(plant, LawPlace{element, {}, {}}, effect, form, law, std::move(values), moved);
 }
 
-EffectCandidate with_path(const Plant& plant, const std::string& effect, const std::string& location,
-                          const std::string& form, const std::vector<EffectParameter>& parameters, Addition addition) {
+EffectCandidate with_path(const Plant& plant, const EffectId& effect, const Place& location, const std::string& form,
+                          const std::vector<EffectParameter>& parameters, Addition addition) {
   EffectCandidate candidate;
   candidate.labels = {{effect, form}};
   candidate.location = location;
@@ -155,7 +155,7 @@ EffectCandidate with_path(const Plant& plant, const std::string& effect, const s
   return candidate;
 }
 
-EffectCandidate with_yielding(const Plant& plant, const LawPlace& place, const std::string& first, double force,
+EffectCandidate with_yielding(const Plant& plant, const LawPlace& place, const EffectId& first, double force,
                               double yield) {
   EffectCandidate candidate =
       with_law(plant, place, "coulomb_friction", "presliding", "bouc_wen", {force, yield, 1, 0.5, 0},
@@ -207,7 +207,7 @@ bool has_damper(const Element& element) {
 }
 
 double viscous_damping(const Element& element) {
-  if (location_of(element) != element.name) return 0;
+  if (location_of(element).kind == PlaceKind::guide) return 0;
   double sum = 0;
   for (const Law& law : element.laws)
     if (law.kind->name == "viscous_damper") sum += law.values[0];
@@ -235,7 +235,7 @@ void followed_by_steps(EffectCandidate& candidate, const ElementOperation& opera
     if (parameter.name.ends_with(".yield_travel_m")) parameter.least = 0.5 * 3 * operation.rate_rms_m_per_s * step_s;
 }
 
-void also_called(EffectCandidate& candidate, const std::string& effect, const std::string& form) {
+void also_called(EffectCandidate& candidate, const EffectId& effect, const std::string& form) {
   candidate.labels.push_back({effect, form});
 }
 

@@ -39,20 +39,19 @@ std::vector<LawPlace> law_places(const Plant& plant, const Operation& operation)
 
 /// Adds a law to an element. `values` in the order of the law's parameters, of which the last ones may be left to their
 /// fallbacks; `moved` by their names there.
-EffectCandidate with_law(const Plant& plant, std::size_t element, const std::string& effect, const std::string& form,
+EffectCandidate with_law(const Plant& plant, std::size_t element, const EffectId& effect, const std::string& form,
                          const std::string& law, std::vector<double> values,
                          const std::vector<std::pair<std::string, double>>& moved);
 /// The same at a place; a guide becomes an element of the candidate's plant.
-EffectCandidate with_law(const Plant& plant, const LawPlace& place, const std::string& effect, const std::string& form,
+EffectCandidate with_law(const Plant& plant, const LawPlace& place, const EffectId& effect, const std::string& form,
                          const std::string& law, std::vector<double> values,
                          const std::vector<std::pair<std::string, double>>& moved);
 
 /// What a form adds to a plant before it sets parameters; false where the plant lacks the place or has that already.
 using Addition = std::function<bool(Plant&)>;
 /// Sets parameters of a drive or sensor path, of the time base, or of what `addition` adds, by their full names.
-EffectCandidate with_path(const Plant& plant, const std::string& effect, const std::string& location,
-                          const std::string& form, const std::vector<EffectParameter>& parameters,
-                          Addition addition = {});
+EffectCandidate with_path(const Plant& plant, const EffectId& effect, const Place& location, const std::string& form,
+                          const std::vector<EffectParameter>& parameters, Addition addition = {});
 
 /// True if one node of the element is a displacement input and the other one moves: a tyre, a base mount; but not a
 /// damper on a dynamometer.
@@ -80,11 +79,11 @@ inline constexpr double kLeastYield = 2e-4, kMostYield = 5e-3;
 /// as the yield travel is that of presliding or of a deforming bushing: "presliding" of coulomb_friction and "Bouc-Wen"
 /// of hysteresis.
 /// @param first the effect whose label comes first   @param force [N]   @param yield travel [m] to start at
-EffectCandidate with_yielding(const Plant& plant, const LawPlace& place, const std::string& first, double force,
+EffectCandidate with_yielding(const Plant& plant, const LawPlace& place, const EffectId& first, double force,
                               double yield);
 
 /// Gives the candidate one more label. Later calls of `plausibly` and `defined_by` are about this one.
-void also_called(EffectCandidate& candidate, const std::string& effect, const std::string& form);
+void also_called(EffectCandidate& candidate, const EffectId& effect, const std::string& form);
 /// Sets the form of the last label to "BELOW or ABOVE", and the words that tell them apart by the fitted value of a
 /// parameter. @param parameter the last part of its name
 void bends(EffectCandidate& candidate, const std::string& parameter, double turns_at, const std::string& below,

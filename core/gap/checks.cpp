@@ -17,7 +17,7 @@ constexpr double kSame = 0.9;         // closure from which a rival would have d
 /// True of a suspect whose family the answer names.
 bool is_named(const Verdict& verdict, const Suspect& suspect) {
   return std::any_of(verdict.named.begin(), verdict.named.end(),
-                     [&](const std::string& name) { return name.starts_with(suspect.effect + "@"); });
+                     [&](const EffectAt& name) { return name.effect == suspect.effect; });
 }
 
 }  // namespace
@@ -62,7 +62,7 @@ SeparatingTest separating_test_of(const Study& study, const Verdict& verdict) {
   if (verdict.ambiguous_with.empty() || verdict.named.empty()) return {};
   Operation operation;
   if (!operation_of(study.nominal, study.data.fitted, {}, operation)) return {};
-  const std::string& last = verdict.named.back();  // of several, the one that the rivals would replace
+  const EffectAt& last = verdict.named.back();  // of several, the one that the rivals would replace
   const EffectCandidate *a = nullptr, *b = nullptr;
   const std::vector<EffectCandidate> all = study.candidates(study.nominal, operation);
   for (const EffectCandidate& candidate : all) {

@@ -86,7 +86,8 @@ FollowUp follow_up(const Investigation& found, Hypothesis& answer, const Thresho
   out.places_left = locate(answer.fit, study.data.fitted, study.data.noise_shares);
   out.checks = checks_of(study, search.retuned, answer, found.evidence, verdict, out.places_left, thresholds);
   if (search.step && !verdict.ambiguous_with.empty())
-    search.step("a test that would tell " + verdict.named.back() + " and " + verdict.ambiguous_with.front());
+    search.step("a test that would tell " + to_string(verdict.named.back()) + " and " +
+                to_string(verdict.ambiguous_with.front()));
   out.separating = separating_test_of(study, verdict);
   const Effects& effects = std::get<Effects>(verdict.answer);
   if (effects.count < 2 || effects.parameter) return out;

@@ -45,7 +45,7 @@ std::vector<LatticeEvidence> lattices_of(const Study& study, const Hypothesis& r
   for (Index j = 0; j < record.quantum.size(); ++j) {
     const std::string& channel = study.nominal.sensors[static_cast<std::size_t>(j)].name;
     const bool offered = std::any_of(candidates.begin(), candidates.end(), [&](const EffectCandidate& candidate) {
-      return candidate.label().effect == "quantisation" && candidate.location == "sensor:" + channel;
+      return candidate.label().effect == "quantisation" && candidate.location == sensor_place(channel);
     });
     const double rounding = record.quantum(j) / std::sqrt(12.0);
     if (record.quantum(j) > 0 && offered)
@@ -212,7 +212,7 @@ void free_parameters_beside(const Setting& setting, Investigation& found) {
   const auto* effects = std::get_if<Effects>(&found.verdict.answer);
   if (!effects) return;
   CandidateEvidence& own = evidence_of(found, *effects);
-  if (setting.step) setting.step("parameters beside " + own.last().name());
+  if (setting.step) setting.step("parameters beside " + to_string(own.last().name()));
   found.beside.fits = free_beside(*found.search, found.evidence.tolerances, *answer_of(found), own);
   found.verdict = decide(found.evidence, setting.options.thresholds);
 }
@@ -291,7 +291,7 @@ std::unique_ptr<Investigation> investigate(const Setting& setting, Base base, co
     judge(setting, changes, *found);
   // Forms of an answer that explains little may all be too coarse, and the finer form of another one be what is
   // missing.
-  std::vector<std::string> finer = found->verdict.named;
+  std::vector<EffectAt> finer = found->verdict.named;
   finer.insert(finer.end(), found->verdict.ambiguous_with.begin(), found->verdict.ambiguous_with.end());
   if (little()) finer = worth_refining(search, found->singles);
   if (refine_singles(search, finer, found->singles)) judge(setting, changes, *found);

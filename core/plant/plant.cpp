@@ -3,11 +3,16 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "core/base/status.hpp"
 
 namespace wheelhop {
 namespace {
+
+/// Ideal of a number that is listed whatever its value.
+constexpr double kNoIdeal = std::numeric_limits<double>::quiet_NaN();
 
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
@@ -22,48 +27,67 @@ std::string joined(const std::vector<std::string>& names) {
                   (near.empty() ? "" : ", did you mean \"" + near + "\"?") + " Known: " + joined(known));
 }
 
-/// Calls visit(name, location, unit, value, tolerance, range) for every number of the paths; those that are ideal only
-/// if `all`.
+/// Calls visit(parameter, value) for every number of the paths; those that are ideal only if `all`. The parameter has
+/// all but its value.
 template <class AnyPlant, class Visit>
 void visit_paths(AnyPlant& plant, bool all, Visit visit) {
-  const auto in = [&](const std::string& prefix, const std::string& location) {
-    return [&visit, all, prefix, location](const char* key, const std::string& unit, auto& value, double ideal,
-                                           Range range) {
-      if (all || value != ideal) visit(prefix + key, location, unit, value, default_tolerance, range);
+  const auto in = [&](ParameterOwner owner, const Place& place, const std::string& prefix) {
+    return [&visit, all, owner, place, prefix](const char* key, const std::string& unit, auto& value, double ideal,
+                                               Range range) {
+      if (!all && value == ideal) return;
+      visit(PlantParameter{prefix + key, {owner, place, nullptr, key}, unit, 0, default_tolerance, range}, value);
     };
   };
-  for (auto& input : plant.inputs) {
-    visit_drive_path(input.path, input.unit, in("actuator:" + input.name + ".", actuator_of(plant, input)));
-  }
+  for (auto& input : plant.inputs)
+    visit_drive_path(input.path, input.unit,
+                     in(ParameterOwner::drive_path, actuator_of(plant, input), "actuator:" + input.name + "."));
   for (auto& sensor : plant.sensors) {
-    const std::string place = "sensor:" + sensor.name;
-    visit_sensor_path(sensor.path, sensor.unit, in(place + ".", place));
+    const Place place = sensor_place(sensor.name);
+    const auto in_path = in(ParameterOwner::sensor_path, place, to_string(place) + ".");
+    visit_sensor_path(sensor.path, sensor.unit, in_path);
     for (auto& [channel, factor] : sensor.path.crosstalk)
-      visit(place + ".crosstalk." + channel, place, "-", factor, default_tolerance, Range{});
+      in_path(("crosstalk." + channel).c_str(), "-", factor, kNoIdeal, Range{});
   }
-  in("timebase.", "timebase")("clock_skew", "-", plant.clock_skew, 0, Range{});
+  in(ParameterOwner::clock, clock_place(), "timebase.")("clock_skew", "-", plant.clock_skew, 0, Range{});
 }
 
-/// Calls visit(name, location, unit, value, tolerance, range) for every scalar that a fit may move.
+/// Calls visit(parameter, value) for every scalar that a fit may move. The parameter has all but its value.
 template <class AnyPlant, class Visit>
 void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
   for (auto& mass : plant.masses)
-    visit(mass.name + ".mass_kg", mass.name, "kg", mass.mass_kg, mass.tolerance, Range{.low = 0});
+    visit(PlantParameter{mass.name + ".mass_kg",
+                         {ParameterOwner::mass, part_place(mass.name), nullptr, "mass_kg"},
+                         "kg",
+                         0,
+                         mass.tolerance,
+                         Range{.low = 0}},
+          mass.mass_kg);
   for (auto& element : plant.elements) {
     for (std::size_t i = 0; i < element.laws.size(); ++i) {
       auto& law = element.laws[i];
-      const std::string prefix = law_name(element, i);
+      const std::string prefix = law_name(element, i) + ".";
       const std::vector<std::string> names = law.parameter_names();
       for (std::size_t k = 0; k < law.values.size(); ++k) {
         if (!std::isfinite(law.values[k])) continue;  // "none", e.g. no travel limit
         const LawParameter& parameter = law.kind->parameters[law.kind->parameters.front().is_list ? 0 : k];
-        visit(prefix + "." + names[k], location_of(element), parameter.unit, law.values[k], law.tolerance,
-              parameter.range);
+        visit(PlantParameter{prefix + names[k],
+                             {ParameterOwner::law, location_of(element), law.kind, names[k]},
+                             parameter.unit,
+                             0,
+                             law.tolerance,
+                             parameter.range},
+              law.values[k]);
       }
     }
   }
   for (auto& load : plant.loads)
-    visit("load:" + load.name + ".force_n", location_of(plant, load), "N", load.force_n, load.tolerance, Range{});
+    visit(PlantParameter{"load:" + load.name + ".force_n",
+                         {ParameterOwner::load, location_of(plant, load), nullptr, "force_n"},
+                         "N",
+                         0,
+                         load.tolerance,
+                         Range{}},
+          load.force_n);
   visit_paths(plant, ideal_paths, visit);
 }
 
@@ -103,16 +127,17 @@ std::string law_name(const Element& element, std::size_t law) {
 
 std::string guide_element(const std::string& mass) { return "guide_of_" + mass; }
 
-std::string location_of(const Element& element) {
-  return element.from == "ground" && element.name == guide_element(element.to) ? kGuide + element.to : element.name;
+Place location_of(const Element& element) {
+  return element.from == "ground" && element.name == guide_element(element.to) ? guide_place(element.to)
+                                                                               : part_place(element.name);
 }
 
-std::string location_of(const Plant& plant, const Load& load) {
-  return plant.node(load.on) < plant.mass_count() ? kGuide + load.on : load.on;
+Place location_of(const Plant& plant, const Load& load) {
+  return plant.node(load.on) < plant.mass_count() ? guide_place(load.on) : part_place(load.on);
 }
 
-std::string actuator_of(const Plant& plant, const PlantInput& input) {
-  return plant.inputs.size() == 1 ? "actuator" : "actuator:" + input.name;
+Place actuator_of(const Plant& plant, const PlantInput& input) {
+  return {PlaceKind::actuator, plant.inputs.size() == 1 ? "" : input.name};
 }
 
 std::vector<std::string> Plant::node_names() const {
@@ -178,11 +203,10 @@ std::vector<std::string> memory_names(const Plant& plant) {
 
 std::vector<PlantParameter> plant_parameters(const Plant& plant) {
   std::vector<PlantParameter> list;
-  visit_parameters(plant, false,
-                   [&](const std::string& name, const std::string& location, const std::string& unit, double value,
-                       double tolerance, Range range) {
-                     list.push_back({name, location, unit, value, tolerance, range});
-                   });
+  visit_parameters(plant, false, [&](PlantParameter parameter, double value) {
+    parameter.value = value;
+    list.push_back(std::move(parameter));
+  });
   // In the same order, and as many of each law.
   std::size_t at = plant.masses.size();
   for (const Element& element : plant.elements)
@@ -194,21 +218,18 @@ std::vector<PlantParameter> plant_parameters(const Plant& plant) {
 
 double get_parameter(const Plant& plant, std::string_view name) {
   const double* found = nullptr;
-  visit_parameters(
-      plant, true,
-      [&](const std::string& own, const std::string&, const std::string&, const double& value, double, Range) {
-        if (own == name) found = &value;
-      });
+  visit_parameters(plant, true, [&](const PlantParameter& own, const double& value) {
+    if (own.name == name) found = &value;
+  });
   if (!found) unknown(plant, "parameter", name, parameter_names(plant));
   return *found;
 }
 
 void set_parameter(Plant& plant, std::string_view name, double value) {
   double* found = nullptr;
-  visit_parameters(plant, true,
-                   [&](const std::string& own, const std::string&, const std::string&, double& slot, double, Range) {
-                     if (own == name) found = &slot;
-                   });
+  visit_parameters(plant, true, [&](const PlantParameter& own, double& slot) {
+    if (own.name == name) found = &slot;
+  });
   if (!found) unknown(plant, "parameter", name, parameter_names(plant));
   for (Element& element : plant.elements)
     for (Law& law : element.laws)

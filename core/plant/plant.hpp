@@ -131,20 +131,30 @@ std::string law_name(const Element& element, std::size_t law);
 /// element there: what an effect puts at `guide:MASS`. (Names in a plant file hold no colon.)
 std::string guide_element(const std::string& mass);
 /// Location of an element: its name, or `guide:MASS` of that one.
-std::string location_of(const Element& element);
+Place location_of(const Element& element);
 /// Location of a load: `guide:MASS`, as of any force between the ground and a mass, or the name of its point.
-std::string location_of(const Plant& plant, const Load& load);
+Place location_of(const Plant& plant, const Load& load);
 /// Location of an input's drive path: `actuator`, or `actuator:NAME` where there are several inputs.
-std::string actuator_of(const Plant& plant, const PlantInput& input);
+Place actuator_of(const Plant& plant, const PlantInput& input);
+
+/// What a number of the plant belongs to.
+enum class ParameterOwner { mass, law, load, drive_path, sensor_path, clock };
+
+/// Which number of a plant a parameter is.
+struct ParameterHandle {
+  ParameterOwner owner = ParameterOwner::mass;
+  Place place;                   ///< of the mass, `location_of` the element or load, of the path or the clock
+  const LawKind* law = nullptr;  ///< of a law
+  std::string number;            ///< of its owner: "mass_kg", "damping_ns_per_m", "lag.cutoff_hz", "crosstalk.travel"
+};
 
 /// A scalar of the plant that a fit may move.
 struct PlantParameter {
-  std::string name;      ///< "body.mass_kg", "suspension.viscous_damper.damping_ns_per_m"; a second law of the same
-                         ///< kind in one element is "suspension.linear_spring[2].stiffness_n_per_m"; loads are
-                         ///< "load:gravity.force_n"; paths are "actuator:road.delay_s",
-                         ///< "sensor:travel.lag.time_constant_s", "timebase.clock_skew"
-  std::string location;  ///< name of the mass, `location_of` the element or load; `actuator` (`actuator:NAME` where
-                         ///< there are several inputs), `sensor:NAME`, `timebase`
+  std::string name;  ///< "body.mass_kg", "suspension.viscous_damper.damping_ns_per_m"; a second law of the same kind in
+                     ///< one element is "suspension.linear_spring[2].stiffness_n_per_m"; loads are
+                     ///< "load:gravity.force_n"; paths are "actuator:road.delay_s",
+                     ///< "sensor:travel.lag.time_constant_s", "timebase.clock_skew"
+  ParameterHandle handle;
   std::string unit;
   double value = 0;
   double tolerance = default_tolerance;  ///< relative standard deviation of the value

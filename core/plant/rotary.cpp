@@ -51,11 +51,10 @@ bool is_rotary(const Plant& plant, const Element& element) {
   return is_rotary(plant, element.from) || is_rotary(plant, element.to);
 }
 
-std::string force_unit(const Plant& plant, const std::string& location) {
-  const Place place = place_from(location);
-  bool turns = is_rotary(plant, place.name);
+std::string force_unit(const Plant& plant, const Place& location) {
+  bool turns = is_rotary(plant, location.name);
   for (const Element& element : plant.elements)
-    turns = turns || (element.name == place.name && is_rotary(plant, element));
+    turns = turns || (element.name == location.name && is_rotary(plant, element));
   return turns ? "N m" : "N";
 }
 

@@ -25,7 +25,7 @@ bool is_rotary(const Plant& plant, const std::string& node);
 /// True of an element one of whose ends turns; both do, or the other is the ground.
 bool is_rotary(const Plant& plant, const Element& element);
 /// Unit of a force at a place that elements, guides and masses have: "N", or "N m".
-std::string force_unit(const Plant& plant, const std::string& location);
+std::string force_unit(const Plant& plant, const Place& location);
 
 /// Unit of "ELEMENT.travel" or "ELEMENT.velocity": m or m/s, rad or rad/s.
 std::string motion_unit(const Plant& plant, const std::string& variable);

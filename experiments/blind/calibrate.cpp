@@ -36,18 +36,25 @@ struct Known {
 struct Worth {
   double loss = 0;
   bool right = false;
-  std::vector<std::string> named;
+  std::vector<EffectAt> named;
 };
+
+/// As answers in files have them.
+std::vector<std::string> texts_of(const std::vector<EffectAt>& names) {
+  std::vector<std::string> texts;
+  for (const EffectAt& name : names) texts.push_back(to_string(name));
+  return texts;
+}
 
 Worth worth_of(const Known& known, const Thresholds& thresholds) {
   const Verdict verdict = decide(known.evidence, thresholds);
   scoring::Answer answer = known.stored;
   answer.outcome = outcome_of(verdict);
   answer.verdict = is<NoGap>(verdict) ? "no_gap" : is<Insufficient>(verdict) ? "insufficient" : "gap";
-  answer.location = verdict.locations.empty() ? "" : verdict.locations.front().location;
+  answer.location = verdict.locations.empty() ? "" : to_string(verdict.locations.front().location);
   answer.same_locations = {answer.location};
-  answer.named = verdict.named;
-  answer.ambiguous_with = verdict.ambiguous_with;
+  answer.named = texts_of(verdict.named);
+  answer.ambiguous_with = texts_of(verdict.ambiguous_with);
   answer.ranking = answer.reported_set();
   const bool forecasts = is<Effects>(verdict) || is<Parameters>(verdict);
   const double probability = forecasts ? verdict.suspects.front().probability : 0;

@@ -32,8 +32,9 @@ std::string most_retuned_in_words(const Evidence& evidence) {
 
 /// " WHAT could also be NAME, NAME or NAME.", or nothing.
 std::string could_also_be(const Verdict& verdict, const std::string& what) {
-  return verdict.ambiguous_with.empty() ? ""
-                                        : " " + what + " could also be " + listed(verdict.ambiguous_with, "or") + ".";
+  std::vector<std::string> texts;
+  for (const EffectAt& name : verdict.ambiguous_with) texts.push_back(to_string(name));
+  return verdict.ambiguous_with.empty() ? "" : " " + what + " could also be " + listed(texts, "or") + ".";
 }
 
 constexpr double kSeen = 0.5;  // upper end of the closure of an effect that the held-out records reach
@@ -83,7 +84,7 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
     return fmt::format("{} {} (P {:.2f}) makes what the plant leaves; no model of the plant removes it.", gap,
                        verdict.named.front(), best().probability);
   std::vector<std::string> names;
-  for (const std::string& name : verdict.named) {
+  for (const EffectAt& name : verdict.named) {
     const auto own = std::find_if(verdict.suspects.begin(), verdict.suspects.end(),
                                   [&](const Suspect& suspect) { return suspect.name() == name; });
     names.push_back(
@@ -106,13 +107,13 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
           ? "explain" + ending +
                 "it where the drive reaches it; the validation records hardly do, so that they do not show how far"
           : "remove" + ending + percent(closure) + " of what re-tuning leaves" + shares;
-  std::vector<std::string> places = {verdict.locations.front().location};
+  std::vector<std::string> places = {to_string(verdict.locations.front().location)};
   double sure = verdict.locations.front().probability;
   for (std::size_t i = 1; i < verdict.locations.size(); ++i) {  // those of further effects that are named
     const LocationProbability& other = verdict.locations[i];
-    const auto there = [&](const std::string& name) { return name.ends_with("@" + other.location); };
+    const auto there = [&](const EffectAt& name) { return name.place == other.location; };
     if (std::none_of(verdict.named.begin(), verdict.named.end(), there)) continue;
-    places.push_back(other.location);
+    places.push_back(to_string(other.location));
     sure = std::min(sure, other.probability);
   }
   std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} {}.", gap, listed(places, "and"), sure,
@@ -124,7 +125,7 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
   if (is<Instruments>(verdict) && !verdict.message.empty()) text += " " + verdict.message + ".";
   // The instruments are corrected, and what is in doubt is what else is missing.
   const std::size_t effects = verdict.named.size() - evidence.correction.faults.size();
-  text += could_also_be(verdict, effects == 2 ? "One of the two" : verdict.named.back());
+  text += could_also_be(verdict, effects == 2 ? "One of the two" : to_string(verdict.named.back()));
   if (!follow_up.separating.test.empty())
     text += fmt::format(" A record {} would tell the two apart.", follow_up.separating.test);
   return text;

@@ -68,7 +68,7 @@ CandidateList catalogue_without(std::vector<std::string> left_out) {
   return [left_out = std::move(left_out)](const Plant& plant, const Operation& operation) {
     std::vector<EffectCandidate> candidates = effect_candidates(plant, operation);
     const auto is_out = [&](const Label& label) {
-      return std::find(left_out.begin(), left_out.end(), label.effect) != left_out.end();
+      return std::find(left_out.begin(), left_out.end(), label.effect.text()) != left_out.end();
     };
     std::erase_if(candidates, [&](const EffectCandidate& candidate) { return is_out(candidate.label()); });
     for (EffectCandidate& candidate : candidates) std::erase_if(candidate.labels, is_out);

@@ -89,7 +89,7 @@ void add_profile(const Plant& plant, const Examination& examination, const Stage
 }
 
 /// What an unknown signal at a location would leave; null where the records cannot tell.
-Json leftover_at(const Diagnosis& diagnosis, const std::string& location) {
+Json leftover_at(const Diagnosis& diagnosis, const Place& location) {
   for (const PlaceLeftover& place : diagnosis.evidence.places)
     if (place.location == location || std::find(place.same.begin(), place.same.end(), location) != place.same.end())
       return place.leftover;
@@ -224,7 +224,10 @@ Json separating_json(const SeparatingTest& separating) {
 
 Json placebo_json(const Placebo& placebo) {
   if (!placebo.why_not.empty()) return {{"absent", placebo.why_not}};
-  return {{"runs", placebo.runs}, {"same", placebo.same}, {"names", placebo.names}};
+  Json names = Json::object();
+  for (const auto& [name, count] : placebo.names) names[to_string(name)] = count;
+  if (placebo.nothing > 0) names["none"] = placebo.nothing;
+  return {{"runs", placebo.runs}, {"same", placebo.same}, {"names", names}};
 }
 
 Json diagnosis_json(const Plant& plant, const Diagnosis& diagnosis, const Examination* examination, const View& view,

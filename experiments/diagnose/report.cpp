@@ -119,10 +119,10 @@ struct FigureAxis {
 /// What an unknown signal is drawn over: travel and rate of its element (of the first at a mass or drive), or the
 /// simulated reading of its sensor.
 std::vector<FigureAxis> axes_of(const Plant& plant, const Examination& examination) {
-  const std::string& place = examination.unknown.location;
+  const Place& place = examination.unknown.location;
   for (Index c = 0; c < plant.sensor_count(); ++c) {
     const Sensor& sensor = plant.sensors[static_cast<std::size_t>(c)];
-    if (place == "sensor:" + sensor.name)
+    if (place == sensor_place(sensor.name))
       return {{sensor.name + ", simulated", sensor.unit, examination.unknown_outputs.row(c).transpose()}};
   }
   const auto drives = [&](const std::string& node) {
@@ -131,8 +131,9 @@ std::vector<FigureAxis> axes_of(const Plant& plant, const Examination& examinati
   };
   for (std::size_t e = 0; e < plant.elements.size(); ++e) {
     const Element& element = plant.elements[e];
-    const bool here = place == location_of(element) || place == kGuide + element.from || place == kGuide + element.to ||
-                      (place_from(place).kind == PlaceKind::actuator && (drives(element.from) || drives(element.to)));
+    const bool here = place == location_of(element) || place == guide_place(element.from) ||
+                      place == guide_place(element.to) ||
+                      (place.kind == PlaceKind::actuator && (drives(element.from) || drives(element.to)));
     if (!here) continue;
     const auto i = static_cast<Index>(e);
     const std::string unit = is_rotary(plant, element) ? "rad" : "m";
@@ -167,23 +168,23 @@ Json unknown_json(const Plant& plant, const Examination& examination) {
 
 }  // namespace
 
-std::string place_of_note(const Diagnosis& diagnosis) {
-  if (is<NoGap>(diagnosis.verdict)) return "";
+Place place_of_note(const Diagnosis& diagnosis) {
+  if (is<NoGap>(diagnosis.verdict)) return {};
   if (diagnosis.evidence.places.empty())
-    return diagnosis.verdict.locations.empty() ? "" : diagnosis.verdict.locations.front().location;
+    return diagnosis.verdict.locations.empty() ? Place{} : diagnosis.verdict.locations.front().location;
   if (!diagnosis.verdict.locations.empty())
     for (const PlaceLeftover& place : diagnosis.evidence.places) {
-      const std::string& wanted = diagnosis.verdict.locations.front().location;
-      for (const std::string& name : {wanted, kGuide + wanted})  // a force on a mass
-        if (place.location == name || std::find(place.same.begin(), place.same.end(), name) != place.same.end())
-          return place.location;
+      const Place& wanted = diagnosis.verdict.locations.front().location;
+      for (const Place& entry : entries_of(place))
+        if (entry == wanted || without_guide(entry) == wanted) return place.location;  // a guide: a force on its mass
     }
   return diagnosis.evidence.places.front().location;
 }
 
-std::string place_of_ceiling(const Diagnosis& diagnosis) {
-  const bool clock = !diagnosis.verdict.locations.empty() && diagnosis.verdict.locations.front().location == "timebase";
-  return clock && !is<NoGap>(diagnosis.verdict) ? "timebase" : place_of_note(diagnosis);
+Place place_of_ceiling(const Diagnosis& diagnosis) {
+  const bool clock =
+      !diagnosis.verdict.locations.empty() && diagnosis.verdict.locations.front().location == clock_place();
+  return clock && !is<NoGap>(diagnosis.verdict) ? clock_place() : place_of_note(diagnosis);
 }
 
 Json diagnosis_figures_json(const Plant& plant, const Examination& examination) {

@@ -13,11 +13,11 @@ namespace wheelhop {
 
 /// The place whose unknown signal is worth a picture: the answer's, or what the catalogue-free search puts first. Empty
 /// if there is neither, or no gap.
-std::string place_of_note(const Diagnosis& diagnosis);
+Place place_of_note(const Diagnosis& diagnosis);
 
 /// The place whose ceilings stand beside the answer: the same, but of an answer in the time base that one. Empty if
 /// there is no gap.
-std::string place_of_ceiling(const Diagnosis& diagnosis);
+Place place_of_ceiling(const Diagnosis& diagnosis);
 
 /// Time series and scatters (schema `wheelhop.diagnosis_figures/1`): measured and simulated over the second in which
 /// the plant as delivered is worst, the gap over every working range, the unknown signal over travel and rate.

@@ -29,18 +29,17 @@ std::string share_text(double share) {
   return (text == "-0" ? "0" : text) + " %";
 }
 
-/// "coulomb_friction@suspension" as "coulomb friction at suspension".
-std::string in_words(std::string name) {
-  const std::size_t at = name.find('@');
-  std::replace(name.begin(), name.begin() + static_cast<std::ptrdiff_t>(std::min(at, name.size())), '_', ' ');
-  if (at != std::string::npos) name.replace(at, 1, " at ");
-  return name;
+/// "coulomb friction at suspension".
+std::string in_words(const EffectAt& named) {
+  std::string effect = named.effect.text();
+  std::replace(effect.begin(), effect.end(), '_', ' ');
+  return fmt::format("{} at {}", effect, named.place);
 }
 
 std::string heading_of(const Diagnosis& diagnosis) {
   if (is<NoGap>(diagnosis.verdict)) return "Simulation and rig agree";
   std::vector<std::string> names;
-  for (const std::string& name : diagnosis.verdict.named) names.push_back(in_words(name));
+  for (const EffectAt& name : diagnosis.verdict.named) names.push_back(in_words(name));
   return "Why simulation and rig disagree: " + (names.empty() ? "no cause named" : listed(names, "and"));
 }
 
@@ -49,6 +48,7 @@ std::string note_of(const Placebo& placebo) {
   std::string names;
   for (const auto& [name, count] : placebo.names)
     names += fmt::format("{}{} {}", names.empty() ? "" : ", ", in_words(name), count);
+  if (placebo.nothing > 0) names += fmt::format("{}nothing {}", names.empty() ? "" : ", ", placebo.nothing);
   return fmt::format(
       "Placebo: {} of {} diagnoses of simulated records, in which this answer is true, give it again. Named: {}.",
       placebo.same, placebo.runs, names);
@@ -119,8 +119,9 @@ ViewTable ceiling_table(const Diagnosis& diagnosis, const Ceiling& ceiling) {
   const GapStage corrected = corrected_stage(evidence, diagnosis.verdict);
   if (corrected.blocks.size() > 0 && !is_place(diagnosis.verdict)) add("With the answer", corrected.misfit - 1);
   if (!ceiling.why_not.empty()) return table;
-  add("With a static map of travel and rate at " + ceiling.location + ", at best", left * (1 - ceiling.static_map));
-  add("With any signal at " + ceiling.location, left * (1 - ceiling.signal));
+  add(fmt::format("With a static map of travel and rate at {}, at best", ceiling.location),
+      left * (1 - ceiling.static_map));
+  add(fmt::format("With any signal at {}", ceiling.location), left * (1 - ceiling.signal));
   return table;
 }
 
@@ -166,8 +167,8 @@ ViewTable places_table(const Evidence& evidence) {
                   {}};
   for (const PlaceLeftover& place : evidence.places) {
     std::string same;
-    for (const std::string& other : place.same) same += (same.empty() ? "" : ", ") + other;
-    table.rows.push_back({place.location, digits(place.leftover), same});
+    for (const Place& other : place.same) same += (same.empty() ? "" : ", ") + to_string(other);
+    table.rows.push_back({to_string(place.location), digits(place.leftover), same});
   }
   return table;
 }
@@ -185,7 +186,7 @@ ViewTable place_pairs_table(const Evidence& evidence) {
                   {}};
   for (const PairLeftover& pair : evidence.place_pairs) {
     if (pair.leftover > kAsLittle * evidence.place_pairs.front().leftover) break;
-    table.rows.push_back({pair.locations[0] + " and " + pair.locations[1], digits(pair.leftover)});
+    table.rows.push_back({fmt::format("{} and {}", pair.locations[0], pair.locations[1]), digits(pair.leftover)});
   }
   return table;
 }
@@ -277,7 +278,7 @@ ViewTable retuning_table(const Evidence& evidence) {
 ViewTable checks_table(const FollowUp& follow_up) {
   ViewTable table{"checks", "Checks of the answer.", {"Check", "Outcome", "Detail"}, {}};
   for (const Check& check : follow_up.checks)
-    table.rows.push_back({in_words(check.name), check.passed ? "passed" : "not passed", check.detail});
+    table.rows.push_back({check.name, check.passed ? "passed" : "not passed", check.detail});
   return table;
 }
 

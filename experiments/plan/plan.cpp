@@ -79,13 +79,13 @@ Json menu_json(const Plan& plan, const PlanItem& item) {
   const auto names = [&](const std::vector<std::size_t>& effects) {
     Json list = Json::array();
     for (const std::size_t i : effects)
-      list.push_back(plan.planned.effects[i].effect + "@" + plan.planned.effects[i].location);
+      list.push_back(EffectAt{plan.planned.effects[i].effect, plan.planned.effects[i].location});
     return list;
   };
   Json separates = Json::array(), sizes = Json::object();
   for (const std::size_t p : item.separates) separates.push_back(names({plan.pairs[p].a, plan.pairs[p].b}));
   for (const PlannedEffect& effect : item.view.effects)
-    sizes[effect.effect + "@" + effect.location] = size_json(effect.size_sigma);
+    sizes[to_string(EffectAt{effect.effect, effect.location})] = size_json(effect.size_sigma);
   return {{"test", item.view.name},       {"possible", item.view.message.empty()},
           {"message", item.view.message}, {"shows", names(item.shows)},
           {"hides", names(item.hides)},   {"separates", separates},

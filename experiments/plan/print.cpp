@@ -105,7 +105,7 @@ void print_parameters(const Plan& plan) {
 
 }  // namespace
 
-std::string effect_name(const PlannedEffect& effect) { return effect.effect + " at " + effect.location; }
+std::string effect_name(const PlannedEffect& effect) { return fmt::format("{} at {}", effect.effect, effect.location); }
 
 std::string plan_answer(const Plan& plan) {
   std::size_t showing = 0, confused = 0;

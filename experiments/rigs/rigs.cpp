@@ -66,7 +66,7 @@ Json row_of_diagnosis(const fs::path& file) {
   for (const JsonCursor& channel : whole.at("where").at("channels").items())
     names.push_back(channel.at("channel").string());
   Json suspects = Json::array();
-  for (const std::string& name : verdict.named)
+  for (const EffectAt& name : verdict.named)
     for (const Suspect& suspect : verdict.suspects)
       if (suspect.name() == name) {
         suspects.push_back({{"name", name}, {"probability", suspect.probability}});

@@ -502,6 +502,7 @@ TEST_CASE("the text of a place is read back as what it is, whatever a part is ca
     CHECK(to_string(place) == text);
     CHECK(is_path(place) == (kind != PlaceKind::part && kind != PlaceKind::guide));
   }
-  CHECK(without_guide("guide:wheel") == "wheel");
-  CHECK(without_guide("wheel") == "wheel");
+  CHECK(without_guide(guide_place("wheel")) == part_place("wheel"));
+  for (const Place& other : {part_place("wheel"), sensor_place("wheel"), clock_place()})
+    CHECK(without_guide(other) == other);
 }

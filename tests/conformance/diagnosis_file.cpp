@@ -8,6 +8,7 @@
 #include "experiments/diagnose/json.hpp"
 #include "experiments/diagnose/report.hpp"
 #include "experiments/diagnose/view.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/nonlinearity/mlp.hpp"
@@ -78,9 +79,9 @@ TEST_CASE("beyond what training has seen a parameter that is the answer is held 
   const RecordSet set = measured(truth);
   const auto solver = make_levenberg_marquardt({});
   Random random = numbers(843);
-  const Examination agrees = examine({truth, truth, truth}, set, noise_floor(set), truth, "", *solver, {}, random);
+  const Examination agrees = examine({truth, truth, truth}, set, noise_floor(set), truth, {}, *solver, {}, random);
   CHECK_FALSE(agrees.beyond_known);  // there is no gap
-  const Examination retuned = examine({nominal, truth, truth}, set, noise_floor(set), nominal, "", *solver, {}, random);
+  const Examination retuned = examine({nominal, truth, truth}, set, noise_floor(set), nominal, {}, *solver, {}, random);
   REQUIRE(retuned.beyond_known);
   CHECK(retuned.beyond.outside.value > 0.9);
   CHECK(retuned.beyond.inside.value > 0.9);
@@ -94,29 +95,29 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what, its figures ho
   Diagnosis diagnosis;
   diagnosis.floor = noise_floor(set);
   diagnosis.plant = truth;
-  diagnosis.evidence.places = {{"suspension", {}, 1.1}, {"tyre", {"actuator"}, 20}};
+  diagnosis.evidence.places = {{"suspension"_at, {}, 1.1}, {"tyre"_at, {"actuator"_at}, 20}};
   diagnosis.evidence.singles.emplace_back();
-  diagnosis.verdict.locations = {{"actuator", 0.9}};
+  diagnosis.verdict.locations = {{"actuator"_at, 0.9}};
   CHECK(place_of_note(diagnosis).empty());  // no gap
   diagnosis.verdict.answer = Effects{};
-  CHECK(place_of_note(diagnosis) == "tyre");
-  diagnosis.verdict.locations = {{"suspension", 0.9}};
-  CHECK(place_of_note(diagnosis) == "suspension");
+  CHECK(place_of_note(diagnosis) == "tyre"_at);
+  diagnosis.verdict.locations = {{"suspension"_at, 0.9}};
+  CHECK(place_of_note(diagnosis) == "suspension"_at);
   Random random = numbers(842);
   const auto solver = make_levenberg_marquardt({});
   const auto map = make_mlp(2, 1, {});
   const Examination examination =
-      examine({nominal, nominal, truth}, set, diagnosis.floor, nominal, "suspension", *solver,
-              {.draws = 50, .ceiling = "suspension", .map = map.get(), .map_solver = solver.get()}, random);
+      examine({nominal, nominal, truth}, set, diagnosis.floor, nominal, "suspension"_at, *solver,
+              {.draws = 50, .ceiling = "suspension"_at, .map = map.get(), .map_solver = solver.get()}, random);
   for (const auto& [effect, location] : {std::pair{"damper_asymmetry", "suspension"},
                                          {"tyre_damping", "tyre"},
                                          {"hysteresis", "suspension"},
                                          {"tyre_damping", "tyre"}}) {
     diagnosis.verdict.suspects.emplace_back();
     diagnosis.verdict.suspects.back().effect = effect;
-    diagnosis.verdict.suspects.back().location = location;
+    diagnosis.verdict.suspects.back().location = part_place(location);
   }
-  diagnosis.verdict.named = {"tyre_damping@tyre", "damper_asymmetry@suspension"};
+  diagnosis.verdict.named = {"tyre_damping@tyre"_effect, "damper_asymmetry@suspension"_effect};
   diagnosis.follow_up.shares = (Vector(2) << 0.1, 0.85).finished();
   CHECK(telling_stage(examination) == 1);
   const View view = view_of(nominal, diagnosis, &examination, nullptr);
@@ -135,9 +136,9 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what, its figures ho
   CHECK(suspects.rows[3][4] == "-");
   CHECK(table_of(view, "places")->rows[1] == std::vector<std::string>{"tyre", "20", "actuator"});
   CHECK(view.heading == "Why simulation and rig disagree: tyre damping at tyre and damper asymmetry at suspension");
-  Placebo again{"", 20, 17, {{"tyre_damping@tyre", 17}, {"none", 3}}};
+  Placebo again{"", 20, 17, 3, {{"tyre_damping@tyre"_effect, 17}}};
   CHECK_THAT(view_of(nominal, diagnosis, nullptr, &again).notes.back(),
-             Catch::Contains("17 of 20") && Catch::Contains("tyre damping at tyre 17"));
+             Catch::Contains("17 of 20") && Catch::Contains("tyre damping at tyre 17, nothing 3"));
   diagnosis.spikes.assign(7, {"r1.csv", "travel", 1.25, 0.5, 0.01});
   CHECK(table_of(view_of(nominal, diagnosis, nullptr, nullptr), "bridged")->rows.size() == 5);
 
@@ -202,12 +203,12 @@ TEST_CASE("an answer speaks of a share that goes only where the validation recor
   evidence.freed.emplace_back();
   evidence.freed[0].closure_of_delivered = {nan, nan, nan};
   Verdict verdict;
-  verdict.locations = {{"suspension", 0.9}};
+  verdict.locations = {{"suspension"_at, 0.9}};
   verdict.suspects.emplace_back();
   verdict.suspects[0].effect = "bump_stop";
-  verdict.suspects[0].location = "suspension";
+  verdict.suspects[0].location = "suspension"_at;
   verdict.suspects[0].closure = {nan, nan, nan};
-  verdict.named = {"bump_stop@suspension"};
+  verdict.named = {"bump_stop@suspension"_effect};
   for (const Answer& kind : std::vector<Answer>{Effects{}, Parameters{}, AtPlace{}, Exogenous{}}) {
     CAPTURE(kind.index());
     verdict.answer = kind;
@@ -216,7 +217,7 @@ TEST_CASE("an answer speaks of a share that goes only where the validation recor
   verdict.answer = Effects{};
   CHECK_THAT(answer(evidence, verdict, {}), Contains("validation records hardly do"));
   verdict.answer = Rounding{};
-  verdict.named = {"quantisation@sensor:travel"};
+  verdict.named = {"quantisation@sensor:travel"_effect};
   CHECK_THAT(answer(evidence, verdict, {}), Contains("no model of the plant removes it"));
 }
 

@@ -27,7 +27,7 @@ std::map<std::string, double> least_of_parameters(const EffectCandidate& candida
 /// Labels in any order.
 std::set<std::string> names_in(const EffectCandidate& candidate) {
   std::set<std::string> names;
-  for (const Label& label : candidate.labels) names.insert(label.effect + "/" + label.form);
+  for (const Label& label : candidate.labels) names.insert(label.effect.text() + "/" + label.form);
   return names;
 }
 
@@ -52,7 +52,7 @@ TEST_CASE("candidates of one form at one place differ by the sizes alone that a 
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       const EffectCandidate& one = candidates[i];
       CAPTURE(c.plant.name, name_of(one), one.label().form);
-      std::set<std::string> effects;
+      std::set<EffectId> effects;
       for (const Label& label : one.labels) effects.insert(label.effect);
       CHECK(effects.size() == one.labels.size());
       for (std::size_t j = i + 1; j < candidates.size(); ++j) {
@@ -79,12 +79,13 @@ TEST_CASE("a form that adds a part adds it once, and none is applied where its p
     for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation)) {
       CAPTURE(c.plant.name, name_of(candidate), candidate.label().form);
       REQUIRE(in_plant(candidate, c.plant));
-      const std::set<std::string> parts = {"added_mode", "load", "crosstalk"};
+      const std::set<EffectId> parts = {"added_mode", "load", "crosstalk"};
       if (parts.count(candidate.label().effect)) CHECK_FALSE(in_plant(candidate, candidate.plant));
-      if (!candidate.law.starts_with(candidate.location + ".")) continue;
+      if (!candidate.law.starts_with(to_string(candidate.location) + ".")) continue;
       Plant without = c.plant;
-      const auto place = std::find_if(without.elements.begin(), without.elements.end(),
-                                      [&](const Element& element) { return element.name == candidate.location; });
+      const auto place = std::find_if(without.elements.begin(), without.elements.end(), [&](const Element& element) {
+        return part_place(element.name) == candidate.location;
+      });
       REQUIRE(place != without.elements.end());
       std::erase_if(place->laws, [](const Law& law) { return std::string_view(law.kind->name) == "viscous_damper"; });
       const std::vector<Law>& laws =
@@ -93,7 +94,7 @@ TEST_CASE("a form that adds a part adds it once, and none is applied where its p
       without.elements.erase(place);
       CHECK_FALSE(in_plant(candidate, without));
     }
-  EffectCandidate by_hand{{{"stiffness_error", ""}}, "tyre", plant_from(quarter_car_text), {}};
+  EffectCandidate by_hand{{{"stiffness_error", ""}}, part_place("tyre"), plant_from(quarter_car_text), {}};
   CHECK_THROWS_AS(in_plant(by_hand, by_hand.plant), std::invalid_argument);
 }
 

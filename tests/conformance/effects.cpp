@@ -10,6 +10,7 @@
 #include "core/plant/dataset.hpp"
 #include "core/plant/simulate.hpp"
 #include "tests/support/effect_cases.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/effect/effects.hpp"
@@ -21,13 +22,12 @@ using namespace wheelhop::test;
 
 TEST_CASE("candidates stand at places of the plant, name parameters it has, and simulate") {
   for (const Case& c : cases()) {
-    std::set<std::string> places = {"timebase"};
-    for (const PlantInput& input : c.plant.inputs)
-      places.insert(c.plant.input_count() == 1 ? "actuator" : "actuator:" + input.name);
-    for (const Element& element : c.plant.elements) places.insert(element.name);
-    for (const Mass& mass : c.plant.masses) places.insert({mass.name, "guide:" + mass.name});
-    for (const Sensor& sensor : c.plant.sensors) places.insert("sensor:" + sensor.name);
-    std::set<std::string> seen;
+    std::set<Place> places = {clock_place()};
+    for (const PlantInput& input : c.plant.inputs) places.insert(actuator_of(c.plant, input));
+    for (const Element& element : c.plant.elements) places.insert(part_place(element.name));
+    for (const Mass& mass : c.plant.masses) places.insert({part_place(mass.name), guide_place(mass.name)});
+    for (const Sensor& sensor : c.plant.sensors) places.insert(sensor_place(sensor.name));
+    std::set<EffectId> seen;
     for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation)) {
       CAPTURE(c.plant.name, candidate.label().effect, candidate.location, candidate.label().form);
       CHECK(places.count(candidate.location) == 1);
@@ -90,7 +90,7 @@ TEST_CASE("the screen finds the effect that is missing, at its place, and nothin
       fit_plant(c.plant, tolerance_parameters(c.plant), {c.record}, *make_levenberg_marquardt({}), {8});
   REQUIRE(base.error.size() == 1);
   std::vector<EffectCandidate> candidates = effect_candidates(base.plant, c.operation);
-  EffectCandidate stiffer{{{"stiffness", ""}}, "tyre", base.plant, {}};
+  EffectCandidate stiffer{{{"stiffness", ""}}, part_place("tyre"), base.plant, {}};
   stiffer.either_sign = true;
   set_parameter(stiffer.plant, "tyre.linear_spring.stiffness_n_per_m", 201000);
   candidates.push_back(stiffer);
@@ -109,25 +109,25 @@ TEST_CASE("the screen finds the effect that is missing, at its place, and nothin
 }
 
 TEST_CASE("a mass that no element joins to the ground has a guide, and every law that may stand there vanishes") {
-  std::set<std::string> seen;
+  std::set<EffectId> seen;
   for (const Case& c : cases()) {
     Vector base;
     REQUIRE(plant_residual(c.plant, {c.record}, {c.rest}, base));
     for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation)) {
-      if (!candidate.location.starts_with("guide:") || candidate.label().effect == "load") continue;
+      if (candidate.location.kind != PlaceKind::guide || candidate.label().effect == "load") continue;
       CAPTURE(c.plant.name, candidate.label().effect, candidate.location, candidate.label().form);
       seen.insert(candidate.label().effect);
       CHECK(c.plant.name != "one_mass");  // its spring stands on the ground
       REQUIRE(candidate.plant.elements.size() == c.plant.elements.size() + 1);
       const Element& guide = candidate.plant.elements.back();
       CHECK(guide.from == "ground");
-      CHECK("guide:" + guide.to == candidate.location);
+      CHECK(guide_place(guide.to) == candidate.location);
       // The plant is one that a file can hold, and the law's numbers stand at the guide.
       const Json written = to_json(candidate.plant);
       CHECK(to_json(parse_plant(JsonCursor::from(written, "guided.json"))) == written);
       Plant without = candidate.plant;
       for (const PlantParameter& parameter : plant_parameters(candidate.plant)) {
-        if (parameter.location != candidate.location) continue;
+        if (parameter.handle.place != candidate.location) continue;
         const bool size = parameter.name.ends_with(".force_n") || parameter.name.ends_with(".damping_ns_per_m") ||
                           parameter.name.ends_with(".stiffness_n_per_m");
         if (size) set_parameter(without, parameter.name, 0);
@@ -141,7 +141,7 @@ TEST_CASE("a mass that no element joins to the ground has a guide, and every law
     }
   }
   CHECK(seen ==
-        std::set<std::string>{"added_damping", "bump_stop", "coulomb_friction", "damper_nonlinearity", "hysteresis"});
+        std::set<EffectId>{"added_damping", "bump_stop", "coulomb_friction", "damper_nonlinearity", "hysteresis"});
 }
 
 TEST_CASE("places of laws: all elements, and a guide for each mass that neither turns nor stands on the ground") {
@@ -166,7 +166,7 @@ TEST_CASE("places of laws: all elements, and a guide for each mass that neither 
   const LawPlace wheel = law_places(c.plant, c.operation).back();
   const EffectCandidate first =
       with_law(c.plant, wheel, "coulomb_friction", "", "coulomb_friction", {20, 0, 0.1, 0.01}, {{"force_n", 1}});
-  CHECK(first.location == "guide:wheel");
+  CHECK(first.location == "guide:wheel"_at);
   CHECK(guided(first.plant) == Names{"body", "wheel"});
   Operation again;
   REQUIRE(operation_of(first.plant, {c.record}, {c.rest}, again));
@@ -175,7 +175,7 @@ TEST_CASE("places of laws: all elements, and a guide for each mass that neither 
   CHECK(same.operation.force_rms_n == Approx(c.operation.guides[1].force_rms_n).epsilon(0.3));
   const EffectCandidate second =
       with_law(first.plant, same, "hysteresis", "", "bouc_wen", {20, 0.001, 1, 0.5, 0}, {{"force_n", 1}});
-  CHECK(second.location == "guide:wheel");
+  CHECK(second.location == "guide:wheel"_at);
   CHECK(second.plant.elements.size() == first.plant.elements.size());
   CHECK(second.plant.elements.back().laws.size() == 2);
   // A damper there is no damper as delivered, whose bend another effect would be.
@@ -183,7 +183,8 @@ TEST_CASE("places of laws: all elements, and a guide for each mass that neither 
   damped.elements.back().laws.push_back({find_law("viscous_damper"), {100}});
   for (const EffectCandidate& candidate : effect_candidates(damped, again)) {
     CAPTURE(candidate.label().effect, candidate.label().form);
-    if (candidate.location == "guide:wheel") CHECK(candidate.label().effect.find("damp") == std::string::npos);
+    if (candidate.location == "guide:wheel"_at)
+      CHECK(candidate.label().effect.text().find("damp") == std::string::npos);
   }
   // An element of the plant file at the ground is a place of its own.
   Plant joined = c.plant;
@@ -196,7 +197,7 @@ TEST_CASE("an unknown load is offered on each mass that does not turn, but where
     Operation operation;
     operation.guides.resize(plant.masses.size());
     for (ElementOperation& guide : operation.guides) guide.force_rms_n = 100;
-    std::set<std::string> places;
+    std::set<Place> places;
     for (const EffectCandidate& candidate : make_load({})->candidates(plant, operation)) {
       CHECK(candidate.plant.loads.size() == plant.loads.size() + 1);
       CHECK(candidate.plant.loads.back().force_n == get_parameter(candidate.plant, candidate.parameters.front().name));
@@ -206,23 +207,23 @@ TEST_CASE("an unknown load is offered on each mass that does not turn, but where
     }
     return places;
   };
-  using Places = std::set<std::string>;
+  using Places = std::set<Place>;
   const Plant car = plant_from(quarter_car_text);
-  CHECK(offered(car) == Places{"guide:body", "guide:wheel"});
-  CHECK(offered(plant_from(one_mass_text)) == Places{"guide:m"});
-  CHECK(offered(full_car()).count("guide:pitch") == 0);
+  CHECK(offered(car) == Places{"guide:body"_at, "guide:wheel"_at});
+  CHECK(offered(plant_from(one_mass_text)) == Places{"guide:m"_at});
+  CHECK(offered(full_car()).count("guide:pitch"_at) == 0);
   Plant loaded = car;
   loaded.loads = {{"gravity", "body", -2450}};
-  CHECK(offered(loaded) == Places{"guide:wheel"});
+  CHECK(offered(loaded) == Places{"guide:wheel"_at});
   // A linear plant whose only reading of a position is the travel: a constant force is that reading's bias. With a
   // second reading that it shifts in a ratio of its own it is none.
   Plant linear = car;
   linear.elements[0].laws = {{find_law("linear_spring"), {18000}}, {find_law("viscous_damper"), {850}}};
   CHECK(offered(linear).empty());
   linear.sensors.push_back({"cell", SensorKind::force, "", "", "N", {}, "tyre"});
-  CHECK(offered(linear) == Places{"guide:body"});  // one on the wheel shifts the force of the tyre alone
+  CHECK(offered(linear) == Places{"guide:body"_at});  // one on the wheel shifts the force of the tyre alone
   linear.sensors.push_back({"height", SensorKind::displacement, "ground", "wheel", "m"});
-  CHECK(offered(linear) == Places{"guide:body", "guide:wheel"});
+  CHECK(offered(linear) == Places{"guide:body"_at, "guide:wheel"_at});
 }
 
 TEST_CASE("a mount over a moving base and the columns of a frame are no tyres, what carries a wheel is one") {
@@ -261,10 +262,10 @@ TEST_CASE("a damper between two held nodes is a damper, no tyre") {
   std::set<std::string> seen;
   for (const EffectCandidate& candidate : effect_candidates(bench, operation)) {
     CAPTURE(candidate.label().effect, candidate.location, candidate.label().form);
-    CHECK_FALSE(candidate.label().effect.starts_with("tyre"));
+    CHECK_FALSE(candidate.label().effect.text().starts_with("tyre"));
     Vector residual;
     CHECK(plant_residual(candidate.plant, {record}, {Vector(0)}, residual));
-    seen.insert(candidate.label().effect + "@" + candidate.location);
+    seen.insert(to_string(name_of(candidate)));
   }
   for (const char* name : {"coulomb_friction@damper", "hysteresis@damper", "damper_asymmetry@damper",
                            "gain_error@sensor:cell", "bias@sensor:cell"})
@@ -273,7 +274,7 @@ TEST_CASE("a damper between two held nodes is a damper, no tyre") {
 
 TEST_CASE("the screen finds friction between a mass and the ground, where the plant file has no element") {
   Case c = make_case(quarter_car_text, 0.01);
-  for (const std::string location : {"guide:wheel", "guide:body"}) {
+  for (const Place& location : {guide_place("wheel"), guide_place("body")}) {
     CAPTURE(location);
     Plant truth = c.plant;
     for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation))
@@ -309,7 +310,7 @@ TEST_CASE("the screen sees an accelerometer whose range ends too soon, by readin
   const std::vector<EffectCandidate> candidates = effect_candidates(base.plant, c.operation);
   const std::vector<Screened> order = screen(base, {c.record}, candidates);
   CHECK(candidates[order[0].candidate].label().effect == "saturation");
-  CHECK(candidates[order[0].candidate].location == "sensor:body_acc");
+  CHECK(candidates[order[0].candidate].location == "sensor:body_acc"_at);
   CHECK(order[0].gain > 0.9 * 0.5 * base.residual.squaredNorm());
 }
 
@@ -320,8 +321,8 @@ TEST_CASE(
   const auto offered = [&](const Plant& plant) {
     std::set<std::string> forms;
     for (const EffectCandidate& candidate : effect_candidates(plant, c.operation))
-      if (candidate.location == "sensor:body_acc" && candidate.label().effect != "crosstalk")
-        forms.insert(candidate.label().effect + ", " + candidate.label().form);
+      if (candidate.location == "sensor:body_acc"_at && candidate.label().effect != "crosstalk")
+        forms.insert(candidate.label().effect.text() + ", " + candidate.label().form);
     return forms;
   };
   const std::set<std::string> all = offered(c.plant);

@@ -8,6 +8,7 @@
 
 #include "core/base/random.hpp"
 #include "core/base/status.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 
 using namespace wheelhop;
@@ -236,7 +237,7 @@ TEST_CASE("parameters are found by name, moved, and carry tolerance and unit") {
   REQUIRE(list.size() == 8);
   CHECK(list[0].name == "body.mass_kg");
   CHECK(list[0].tolerance == 0.03);
-  CHECK(list[0].location == "body");
+  CHECK(list[0].handle.place == "body"_at);
   CHECK(list[2].name == "suspension.hardening_spring.stiffness_n_per_m");
   CHECK(list[2].tolerance == 0.1);
   CHECK(list[2].unit == "N/m");

@@ -131,7 +131,7 @@ TEST_CASE("a family that is left out has no candidate, and the others keep their
   REQUIRE(operation_of(plant, {record}, {}, operation));
   const auto all = catalogue_without({})(plant, operation);
   const auto fewer = catalogue_without({"coulomb_friction"})(plant, operation);
-  const auto count = [](const std::vector<EffectCandidate>& list, const std::string& effect) {
+  const auto count = [](const std::vector<EffectCandidate>& list, const EffectId& effect) {
     return std::count_if(list.begin(), list.end(), [&](const auto& one) { return one.label().effect == effect; });
   };
   CHECK(count(all, "coulomb_friction") > 0);

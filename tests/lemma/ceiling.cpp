@@ -6,6 +6,7 @@
 #include "core/gap/where/forced.hpp"
 #include "core/gap/which/hypothesis.hpp"
 #include "core/plant/dataset.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/nonlinearity/mlp.hpp"
@@ -47,7 +48,7 @@ struct Rig {
     before = fit_plant(nominal, {}, data.held_out, *make_levenberg_marquardt({}), {12});
     REQUIRE(before.misfit > 3);
   }
-  Ceiling at(const Plant& bare, const std::string& place) const {
+  Ceiling at(const Plant& bare, const Place& place) const {
     Random random = numbers(862);
     const auto map = make_mlp(2, 1, {});
     const auto solver = make_levenberg_marquardt({});
@@ -72,7 +73,7 @@ TEST_CASE("where a law without memory is missing, a static map removes nearly wh
         with(nominal, "coulomb_friction", {40, 0, 0.01, 0.01})}) {
     CAPTURE(truth.elements[0].laws.back().kind->name);
     const Rig rig(nominal, truth);
-    const Ceiling ceiling = rig.at(nominal, "suspension");
+    const Ceiling ceiling = rig.at(nominal, "suspension"_at);
     CAPTURE(ceiling.why_not, rig.before.misfit);
     REQUIRE(ceiling.why_not.empty());
     CHECK(ceiling.signal > 0.95);
@@ -88,7 +89,7 @@ TEST_CASE("where a law with memory is missing, or the drive is late, a static ma
   Plant late = nominal;
   set_parameter(late, "actuator:road.delay_s", 0.012);
   const Plant hysteretic = with(nominal, "bouc_wen", {60, 0.0006, 1, 0.5, 0, 0, 0.05});
-  for (const auto& [truth, place] : {std::pair{hysteretic, "suspension"}, {late, "tyre"}}) {
+  for (const auto& [truth, place] : {std::pair{hysteretic, "suspension"_at}, {late, "tyre"_at}}) {
     CAPTURE(place);
     const Rig rig(nominal, truth);
     const Ceiling ceiling = rig.at(nominal, place);
@@ -103,10 +104,11 @@ TEST_CASE("the map's force with its sign flipped makes the gap larger, no force 
           "[slow]") {
   const Plant nominal = plant_from(quarter_car_text);
   const Rig rig(nominal, with(nominal, "asymmetric_damper", {850, 0.3}));
-  const Ceiling right = rig.at(nominal, "suspension"), wrong = rig.at(nominal, "tyre");
+  const Ceiling right = rig.at(nominal, "suspension"_at), wrong = rig.at(nominal, "tyre"_at);
   REQUIRE(right.mapped.size() == 1);
   const auto misfit = [&](double factor) {
-    return inner_misfit(residuals(force_at(rig.before, rig.data.held_out, "suspension", {factor * right.mapped[0]})));
+    return inner_misfit(
+        residuals(force_at(rig.before, rig.data.held_out, "suspension"_at, {factor * right.mapped[0]})));
   };
   const double gap = misfit(0) - 1;
   CHECK(misfit(0) == Approx(rig.before.misfit).epsilon(0.1));
@@ -119,7 +121,7 @@ TEST_CASE("the map's force with its sign flipped makes the gap larger, no force 
 TEST_CASE("a sensor or the time base has no motion to map, and says so") {
   const Plant nominal = plant_from(quarter_car_text);
   const Rig rig(nominal, with(nominal, "asymmetric_damper", {850, 0.3}));
-  for (const char* place : {"sensor:body_acc", "timebase", "nowhere"}) {
+  for (const Place& place : {"sensor:body_acc"_at, clock_place(), "nowhere"_at}) {
     const Ceiling none = rig.at(nominal, place);
     CHECK(none.location == place);
     CHECK_FALSE(none.why_not.empty());

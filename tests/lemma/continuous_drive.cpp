@@ -9,9 +9,11 @@
 #include "core/greybox/plant_fit.hpp"
 #include "core/plant/dataset.hpp"
 #include "core/plant/simulate.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 
 using namespace wheelhop;
+using namespace wheelhop::test;
 
 namespace {
 
@@ -192,7 +194,7 @@ TEST_CASE("a force that is known as long as a record is compared acts there alon
     Vector plain;
     REQUIRE(plant_residual(fit.plant, {record}, fit.initial_states, plain));
     for (const double size : {0.0, 1.0}) {
-      const ForcedPlant forced = force_at(fit, {record}, "leg", {Vector::Constant(record.y.cols(), size)});
+      const ForcedPlant forced = force_at(fit, {record}, "leg"_at, {Vector::Constant(record.y.cols(), size)});
       const Matrix& drive = forced.records[0].drive;
       REQUIRE(drive.cols() == record.drive.cols());
       CHECK(drive.topRows(1) == record.drive);

@@ -8,10 +8,11 @@
 #include "core/gap/verdict/faults.hpp"
 #include "core/gap/verdict/posterior.hpp"
 #include "tests/support/evidence.hpp"
+#include "tests/support/places.hpp"
 
 using namespace wheelhop;
 using namespace wheelhop::test;
-using Names = std::vector<std::string>;
+using Names = std::vector<EffectAt>;
 
 namespace {
 
@@ -79,11 +80,11 @@ std::vector<std::pair<std::string, Evidence>> rows() {
   all.emplace_back("1d, 4a", evidence);
   evidence = evidence_with_gap(1);
   evidence.places_needed = 2;
-  evidence.place_pairs = {{{"sensor:travel", "suspension"}, 1}, {{"tyre", "suspension"}, 5}};
+  evidence.place_pairs = {{{"sensor:travel"_at, "suspension"_at}, 1}, {{"tyre"_at, "suspension"_at}, 5}};
   all.emplace_back("1d, 4b", evidence);
   evidence = evidence_with_gap(1);
   std::swap(evidence.places[0].location, evidence.places[1].location);
-  evidence.motion = {{"guide:body", "", false, 0}};
+  evidence.motion = {{"guide:body"_at, {}, false, 0}};
   all.emplace_back("1d, 4c", evidence);
   return all;
 }
@@ -124,7 +125,7 @@ TEST_CASE("where the most probable parameter needs another one, the next that ne
   evidence.freed[0].z[2] = 9;
   Verdict verdict = decide(evidence);
   CHECK(verdict.row == "2a");
-  CHECK(verdict.named == Names{"stiffness_error@tyre"});
+  CHECK(verdict.named == Names{"stiffness_error@tyre"_effect});
   evidence.freed[1].z[1] = -9;  // neither is alone
   verdict = decide(evidence);
   CHECK_THAT(verdict.row, Catch::StartsWith("2b"));
@@ -132,28 +133,28 @@ TEST_CASE("where the most probable parameter needs another one, the next that ne
 
 TEST_CASE("what each row names, and what kind of answer it is") {
   CHECK(is<Insufficient>(verdict_of("0")));
-  CHECK(verdict_of("1a").named == Names{"mass_error@body"});
+  CHECK(verdict_of("1a").named == Names{"mass_error@body"_effect});
   CHECK(is<Parameters>(verdict_of("1a")));
-  CHECK(verdict_of("1b").named == Names{"quantisation@sensor:travel"});
+  CHECK(verdict_of("1b").named == Names{"quantisation@sensor:travel"_effect});
   CHECK(is<NoGap>(verdict_of("1c")));
-  CHECK(verdict_of("1d, 4d").named == Names{"unknown@suspension"});
-  CHECK(verdict_of("2a").named == Names{"mass_error@body"});
+  CHECK(verdict_of("1d, 4d").named == Names{"unknown@suspension"_effect});
+  CHECK(verdict_of("2a").named == Names{"mass_error@body"_effect});
   CHECK(outcome_of(verdict_of("2a")) == "parameter");
   CHECK_THAT(verdict_of("2b, 4d").message, Catch::Contains("would need suspension.viscous_damper"));
-  CHECK(verdict_of("3a").named == Names{"unknown@suspension"});
+  CHECK(verdict_of("3a").named == Names{"unknown@suspension"_effect});
   CHECK_THAT(verdict_of("3a").message, Catch::Contains("relaxation_s 0.2, usually 0.001 to 0.02"));
   CHECK(is<NoGap>(verdict_of("3b")));
   CHECK(verdict_of("3b").named.empty());
   CHECK(is<Rounding>(verdict_of("3c")));
   CHECK(is_place(verdict_of("3d, 4d")));
-  CHECK(verdict_of("3e").named == Names{"coulomb_friction@suspension"});
-  CHECK(verdict_of("3f").named == Names{"coulomb_friction@suspension", "mass_error@body"});
+  CHECK(verdict_of("3e").named == Names{"coulomb_friction@suspension"_effect});
+  CHECK(verdict_of("3f").named == Names{"coulomb_friction@suspension"_effect, "mass_error@body"_effect});
   CHECK(outcome_of(verdict_of("3f")) == "several");
   CHECK(is<Insufficient>(verdict_of("1d, 4a")));
   CHECK(is<AtTwoPlaces>(verdict_of("1d, 4b")));
-  CHECK(verdict_of("1d, 4b").named == Names{"unknown@sensor:travel", "unknown@suspension"});
+  CHECK(verdict_of("1d, 4b").named == Names{"unknown@sensor:travel"_effect, "unknown@suspension"_effect});
   CHECK(is<Exogenous>(verdict_of("1d, 4c")));
-  CHECK(verdict_of("1d, 4c").named == Names{"exogenous_force@body"});
+  CHECK(verdict_of("1d, 4c").named == Names{"exogenous_force@body"_effect});
 }
 
 TEST_CASE("probabilities lie below one, suspects lead with what is named, and locations are sorted") {
@@ -168,7 +169,7 @@ TEST_CASE("probabilities lie below one, suspects lead with what is named, and lo
       for (std::size_t i = 0; i < verdict.named.size(); ++i) CHECK(verdict.suspects[i].name() == verdict.named[i]);
     for (std::size_t i = 1; !is<AtTwoPlaces>(verdict) && i < verdict.locations.size(); ++i)
       CHECK(verdict.locations[i - 1].probability >= verdict.locations[i].probability);
-    for (const std::string& other : verdict.ambiguous_with)
+    for (const EffectAt& other : verdict.ambiguous_with)
       CHECK(std::find(verdict.named.begin(), verdict.named.end(), other) == verdict.named.end());
   }
 }
@@ -211,7 +212,7 @@ TEST_CASE("evidence that does not hold together is refused with its path") {
 TEST_CASE("a second effect is named where the pair is needed and either alone is not enough") {
   Evidence evidence = two_effects();
   Verdict verdict = decide(evidence);
-  CHECK(verdict.named == Names{"coulomb_friction@suspension", "tyre_damping@tyre"});
+  CHECK(verdict.named == Names{"coulomb_friction@suspension"_effect, "tyre_damping@tyre"_effect});
   CHECK(std::get<Effects>(verdict.answer).count == 2);
   CHECK(verdict.suspects[1].misfit == evidence.pairs[0].stage.misfit);
   // One effect alone, fitted anew, is as good.
@@ -221,7 +222,7 @@ TEST_CASE("a second effect is named where the pair is needed and either alone is
   evidence = two_effects();
   evidence.singles[0] = single(evidence, "coulomb_friction", "suspension", 0.003);
   evidence.pairs[0] = pair(evidence, "coulomb_friction", "tyre_damping", "suspension", "tyre", 0);
-  CHECK(decide(evidence).named == Names{"coulomb_friction@suspension"});
+  CHECK(decide(evidence).named == Names{"coulomb_friction@suspension"_effect});
   // At one place a second effect has to remove more.
   evidence = two_effects();
   evidence.pairs = {pair(evidence, "coulomb_friction", "bump_stop", "suspension", "suspension", 0.4)};
@@ -243,14 +244,14 @@ TEST_CASE("pairs that differ in one effect share its probability, and one pair i
   for (const bool rival_first : {false, true}) {
     const Verdict tie = told(rival_first, 0.0101);
     REQUIRE(tie.named.size() == 2);
-    CHECK(tie.suspects[0].name() == "coulomb_friction@suspension");
+    CHECK(tie.suspects[0].name() == "coulomb_friction@suspension"_effect);
     CHECK(tie.suspects[0].probability < 0.7);
     CHECK(tie.suspects[1].probability > 0.9);
-    CHECK(tie.ambiguous_with == Names{"hysteresis@suspension"});
-    std::map<std::string, double> probabilities;
+    CHECK(tie.ambiguous_with == Names{"hysteresis@suspension"_effect});
+    std::map<EffectAt, double> probabilities;
     for (const Suspect& suspect : tie.suspects)
       CHECK(probabilities.emplace(suspect.name(), suspect.probability).second);
-    CHECK(probabilities["hysteresis@suspension"] > 0.2);
+    CHECK(probabilities["hysteresis@suspension"_effect] > 0.2);
     const Verdict clear = told(rival_first, 0.9);
     CHECK(clear.suspects[0].probability > 0.9);
     CHECK(clear.ambiguous_with.empty());
@@ -263,9 +264,9 @@ TEST_CASE("a third effect is named where what two leave needs it, and none of th
     evidence.pairs[0] = pair(evidence, "coulomb_friction", "tyre_damping", "suspension", "tyre", two_leave);
     CandidateEvidence set = pair(evidence, "coulomb_friction", "tyre_damping", "suspension", "tyre", three_leave);
     CandidateEvidence other = set;
-    set.effects.push_back({"time_delay", "sensor:travel", "form", {{"size", 1, 0}}, {}});
+    set.effects.push_back({"time_delay", "sensor:travel"_at, "form", {{"size", 1, 0}}, {}});
     set.without_chi2 = {evidence.samples * 4, evidence.samples * 2, evidence.pairs[0].chi2};
-    other.effects.push_back({"drift", "sensor:body_acc", "form", {{"size", 1, 0}}, {}});
+    other.effects.push_back({"drift", "sensor:body_acc"_at, "form", {{"size", 1, 0}}, {}});
     other.chi2 = evidence.samples * (1 + 0.9 * two_leave);
     evidence.larger = {set, other};
     return evidence;
@@ -273,7 +274,8 @@ TEST_CASE("a third effect is named where what two leave needs it, and none of th
   Evidence evidence = three(0.4, 0.01);
   Verdict verdict = decide(evidence);
   CHECK(verdict.row == "3e");
-  CHECK(verdict.named == Names{"coulomb_friction@suspension", "tyre_damping@tyre", "time_delay@sensor:travel"});
+  CHECK(verdict.named ==
+        Names{"coulomb_friction@suspension"_effect, "tyre_damping@tyre"_effect, "time_delay@sensor:travel"_effect});
   REQUIRE(std::get<Effects>(verdict.answer).count == 3);
   CHECK(&candidate_of(evidence, std::get<Effects>(verdict.answer)) == &evidence.larger[0]);
   REQUIRE(verdict.suspects.size() >= 3);
@@ -291,9 +293,9 @@ TEST_CASE("a third effect is named where what two leave needs it, and none of th
   CHECK(decide(evidence).named.size() == 2);
   // What was found beside another pair counts as well, and a pair that is not enough to be named.
   evidence = three(0.4, 0.01);
-  evidence.larger[0].effects[1].location = "actuator";
+  evidence.larger[0].effects[1].location = "actuator"_at;
   CHECK(decide(evidence).named ==
-        Names{"coulomb_friction@suspension", "tyre_damping@actuator", "time_delay@sensor:travel"});
+        Names{"coulomb_friction@suspension"_effect, "tyre_damping@actuator"_effect, "time_delay@sensor:travel"_effect});
   evidence = three(0.6, 0.01);
   CHECK(decide(evidence).named.size() == 3);
   evidence.larger.clear();
@@ -308,7 +310,7 @@ TEST_CASE("what may be the error of a form is explained by further effects nearl
     evidence.singles = {single(evidence, "coulomb_friction", "suspension", 5)};
     evidence.pairs = {pair(evidence, "coulomb_friction", "tyre_damping", "suspension", second_at, two_leave)};
     CandidateEvidence set = evidence.pairs[0];
-    set.effects.push_back({"time_delay", "sensor:travel", "form", {{"size", 1, 0}}, {}});
+    set.effects.push_back({"time_delay", "sensor:travel"_at, "form", {{"size", 1, 0}}, {}});
     set.chi2 = evidence.samples * (1 + three_leave);
     evidence.larger = {set};
     return decide(evidence);
@@ -327,7 +329,7 @@ TEST_CASE(
   Evidence evidence = friction();
   evidence.singles[0].freed = {freed(evidence, 1, 0.01)};
   FreedEvidence& damping = evidence.singles[0].freed[0];
-  CHECK(decide(evidence).named == Names{"coulomb_friction@suspension", "damping_error@suspension"});
+  CHECK(decide(evidence).named == Names{"coulomb_friction@suspension"_effect, "damping_error@suspension"_effect});
   damping.theta[1] = 2;  // nothing is wrong with it
   CHECK(decide(evidence).named.size() == 1);
   damping.theta[1] = 6.5;
@@ -361,7 +363,7 @@ TEST_CASE(
 TEST_CASE("an answer from a place that another signal explains better loses its name") {
   Evidence evidence = friction();
   evidence.singles[0] = single(evidence, "crosstalk", "sensor:travel", 0.15);
-  evidence.places.push_back({"sensor:travel", {}, 8});
+  evidence.places.push_back({"sensor:travel"_at, {}, 8});
   const Verdict verdict = decide(evidence);
   CHECK(is_place(verdict));
   CHECK(verdict.suspects.front().probability < 0.1);
@@ -369,14 +371,14 @@ TEST_CASE("an answer from a place that another signal explains better loses its 
 
 TEST_CASE("channels in another unit are told wherever nothing is named") {
   Evidence evidence = evidence_with_gap(1);
-  evidence.gross_faults = {{"gain_error", "sensor:travel", 1000}};
+  evidence.gross_faults = {{"gain_error", "sensor:travel"_at, 1000}};
   CHECK_THAT(decide(evidence).message, Catch::Contains("travel reads 1e+03 times"));
   evidence.singles = friction().singles;
   CHECK(decide(evidence).message.empty());
 }
 
 TEST_CASE("every threshold has a unit, a meaning, an origin and a reason, and a name of its own") {
-  Names names;
+  std::vector<std::string> names;
   for (const Json& own : to_json(Thresholds{})) {
     CAPTURE(own.dump());
     names.push_back(own.at("name"));
@@ -388,20 +390,21 @@ TEST_CASE("every threshold has a unit, a meaning, an origin and a reason, and a 
 
 TEST_CASE("gross faults that were corrected are named before the answer, and are the answer where it has no name") {
   const auto corrected = [](Evidence evidence) {
-    evidence.correction.faults = {{"gain_error", "sensor:travel", "gain", {{"sensor:travel.gain", 0.001, 1e-6}}, {}}};
+    evidence.correction.faults = {
+        {"gain_error", "sensor:travel"_at, "gain", {{"sensor:travel.gain", 0.001, 1e-6}}, {}}};
     evidence.correction.retuned_without = stage_at(1000);
     evidence.correction.closure = {0.9, 0.89, 0.91};
     evidence.correction.closure_with_answer = {0.99, 0.98, 1};
     return evidence;
   };
-  const std::string fault = "gain_error@sensor:travel";
+  const EffectAt fault = "gain_error@sensor:travel"_effect;
   for (const auto& [row, evidence] : rows()) {
     CAPTURE(row);
     if (row == "0") continue;
     const Verdict alone = decide(evidence), both = decide(corrected(evidence));
     REQUIRE_FALSE(both.named.empty());
     CHECK(both.named.front() == fault);
-    CHECK(both.locations.front().location == "sensor:travel");
+    CHECK(both.locations.front().location == "sensor:travel"_at);
     CHECK(both.suspects.front().name() == fault);
     CHECK_THAT(both.row, Catch::StartsWith("5, "));
     if (is<Instruments>(both)) {
@@ -419,13 +422,13 @@ TEST_CASE("gross faults that were corrected are named before the answer, and are
 
 TEST_CASE("what interpolation onto another clock makes of a gap has no name beside that clock") {
   Evidence evidence = friction();
-  evidence.correction.faults = {{"clock_skew", "timebase", "linear", {{"timebase.clock_skew", 0.005, 1e-6}}, {}}};
+  evidence.correction.faults = {{"clock_skew", clock_place(), "linear", {{"timebase.clock_skew", 0.005, 1e-6}}, {}}};
   evidence.correction.retuned_without = stage_at(1000);
   const double gap = evidence.retuned_chi2 / evidence.samples - 1;
   evidence.correction.interpolation = 0.9 * gap;
-  CHECK(decide(evidence).named == Names{"clock_skew@timebase", "coulomb_friction@suspension"});
+  CHECK(decide(evidence).named == Names{"clock_skew@timebase"_effect, "coulomb_friction@suspension"_effect});
   evidence.correction.interpolation = 1.1 * gap;
-  CHECK(decide(evidence).named == Names{"clock_skew@timebase"});
+  CHECK(decide(evidence).named == Names{"clock_skew@timebase"_effect});
   CHECK(is<Instruments>(decide(evidence)));
 }
 
@@ -443,12 +446,12 @@ TEST_CASE("a parameter that the records tell only against one other component ma
   Evidence evidence = evidence_with_gap(0.05);
   evidence.retuned_prior_chi2 = 100;
   evidence.freed = {freed(evidence, 0, 0.01)};
-  evidence.tolerances.push_back({"suspension.linear_spring.stiffness_n_per_m", "stiffness_error", "suspension"});
+  evidence.tolerances.push_back({"suspension.linear_spring.stiffness_n_per_m", "stiffness_error", "suspension"_at});
   evidence.freed[0].not_told_from = {1, 3};
   const Verdict verdict = decide(evidence);
   CHECK(outcome_of(verdict) == "ambiguous");
-  CHECK(verdict.named == Names{"mass_error@body"});
-  CHECK(verdict.ambiguous_with == Names{"damping_error@suspension", "stiffness_error@suspension"});
+  CHECK(verdict.named == Names{"mass_error@body"_effect});
+  CHECK(verdict.ambiguous_with == Names{"damping_error@suspension"_effect, "stiffness_error@suspension"_effect});
   CHECK(verdict.suspects.front().probability <= 0.5);
   CHECK(verdict.suspects.front().parameters.front().std == 0);
   CHECK_THAT(verdict.message, Catch::Contains("only against"));

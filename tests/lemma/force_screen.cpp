@@ -62,23 +62,23 @@ TEST_CASE("the law that bends a motion beyond recognition is the first of the sc
     const Study study{nominal, data, solvers, candidates, tolerance_parameters(nominal)};
     const Hypothesis home = fit_hypothesis(study, nominal, {});
     REQUIRE(home.stage.misfit > 100);
-    const std::string location = nominal.elements[element].name;
+    const Place location = part_place(nominal.elements[element].name);
     CAPTURE(location, cubic);
     PlantFit from = home.fit;
     from.theta = Vector::Zero(static_cast<Index>(study.tolerances.size()));
     const ForceScreened found = screen_by_force(study, home.fit, from, location, {});
     REQUIRE_FALSE(found.screened.empty());
     const EffectCandidate& best = found.candidates[found.screened.front().candidate];
-    CHECK(name_of(best) == "spring_nonlinearity@" + location);
+    CHECK(name_of(best) == EffectAt{"spring_nonlinearity", location});
     CHECK(found.screened.front().gain > 0.8);
     for (const Screened& own : found.screened) {
       const EffectCandidate& candidate = found.candidates[own.candidate];
       if (candidate.label().form != "polynomial") continue;
-      const std::string name = location + ".polynomial_spring.coefficients_3";
+      const std::string name = location.name + ".polynomial_spring.coefficients_3";
       CHECK(get_parameter(candidate.plant, name) == Approx(cubic).epsilon(0.25));
     }
     // At the other place it is no law of that place's motion.
-    const std::string elsewhere = nominal.elements[1 - element].name;
+    const Place elsewhere = part_place(nominal.elements[1 - element].name);
     const ForceScreened wrong = screen_by_force(study, home.fit, from, elsewhere, {});
     if (!wrong.screened.empty()) CHECK(wrong.screened.front().gain < found.screened.front().gain);
   }

@@ -13,6 +13,7 @@
 #include "core/gap/which/parameter_label.hpp"
 #include "core/gap/which/search.hpp"
 #include "core/plant/dataset.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
@@ -195,7 +196,7 @@ TEST_CASE("behind a plant that is bent by it the wrong sign of a drive is found,
       }
       REQUIRE(faults.size() == 1);
       CHECK(faults[0].effect == "gain_error");
-      CHECK(faults[0].location == "actuator:motor");
+      CHECK(faults[0].location == "actuator:motor"_at);
       CHECK(faults[0].value < -0.3);
     }
   }
@@ -210,7 +211,7 @@ TEST_CASE("a wrong parameter is called by what it belongs to: slopes, paths, law
   std::map<std::string, std::string> called;
   for (const FitParameter& parameter : tolerance_parameters(plant)) {
     const ParameterLabel label = label_of(plant, parameter.name);
-    called[parameter.name] = label.effect + "@" + label.location;
+    called[parameter.name] = to_string(EffectAt{label.effect, label.location});
   }
   const std::map<std::string, std::string> right = {
       {"body.mass_kg", "mass_error@body"},
@@ -225,6 +226,41 @@ TEST_CASE("a wrong parameter is called by what it belongs to: slopes, paths, law
     CAPTURE(name);
     CHECK(called[name] == error);
   }
+}
+
+TEST_CASE(
+    "every number of a path and of an effect has an error with a name, whatever the parts of a plant are called") {
+  std::set<EffectId> known = {"mass_error", "stiffness_error", "damping_error"};
+  for (const Entry<EffectPiece>& family : effect_table()) known.insert(EffectId(family.name));
+  Plant plant = plant_from(quarter_car_text);
+  // Names that hold the names of numbers.
+  plant.elements[0].name = "mass_kg_of_bouc_wen";
+  plant.inputs[0].name = plant.elements[1].from = "gain_lag";
+  std::set<std::string> names;
+  const auto collect = [&](const std::string& prefix) {
+    return [&names, prefix](const char* key, const std::string&, auto&, double, Range) { names.insert(prefix + key); };
+  };
+  visit_drive_path(plant.inputs[0].path, "m", collect("actuator:gain_lag."));
+  visit_sensor_path(plant.sensors[0].path, "m", collect("sensor:travel."));
+  for (const std::string& name : names) {
+    CAPTURE(name);
+    Plant own = plant;
+    set_parameter(own, name, 0.5);
+    const ParameterLabel label = label_of(own, name);
+    CHECK(known.count(label.effect) == 1);
+    CHECK(is_path(label.location));
+    CHECK(is_parameter_error(label.effect) == false);
+  }
+  CHECK(label_of(plant, "mass_kg_of_bouc_wen.viscous_damper.damping_ns_per_m").effect == "damping_error");
+  CHECK(label_of(plant, "mass_kg_of_bouc_wen.hardening_spring.stiffness_n_per_m").effect == "stiffness_error");
+  Operation operation;
+  FitRecord record{0.003 * numbers(844).normal(1, 2000), Matrix::Zero(3, 400), 5, 0, Vector::Ones(3), {}};
+  REQUIRE(operation_of(plant, {record}, {}, operation));
+  for (const EffectCandidate& candidate : effect_candidates(plant, operation))
+    for (const PlantParameter& parameter : plant_parameters(candidate.plant)) {
+      CAPTURE(parameter.name);
+      CHECK(known.count(label_of(candidate.plant, parameter.name).effect) == 1);
+    }
 }
 
 namespace {
@@ -251,7 +287,7 @@ TEST_CASE("a law with two labels is one form with both, and two effects at one p
   const std::vector<EffectCandidate>& all = offered.candidates;
   const auto find = [&](const std::string& form) {
     const auto found = std::find_if(all.begin(), all.end(), [&](const EffectCandidate& own) {
-      return own.location == "suspension" && own.label().form == form;
+      return own.location == "suspension"_at && own.label().form == form;
     });
     REQUIRE(found != all.end());
     return *found;
@@ -264,7 +300,7 @@ TEST_CASE("a law with two labels is one form with both, and two effects at one p
   REQUIRE(hysteresis.labels.size() == 2);
   // Both say the same of the same sizes, in whatever order: that of friction yields soon, that of hysteresis late.
   for (const double yield : {5e-5, 2e-3}) {
-    std::map<std::string, double> one, other;
+    std::map<EffectId, double> one, other;
     for (const auto& [candidate, found] : {std::pair{&presliding, &one}, std::pair{&hysteresis, &other}}) {
       Plant fitted = candidate->plant;
       set_parameter(fitted, candidate->parameters[1].name, yield);
@@ -274,11 +310,11 @@ TEST_CASE("a law with two labels is one form with both, and two effects at one p
     CHECK((one.at("coulomb_friction") > one.at("hysteresis")) == (yield < 1e-3));
   }
   const auto named = [](const std::vector<EffectCandidate>& effects) {
-    std::set<std::vector<std::string>> names;
+    std::set<std::vector<EffectAt>> names;
     for (const std::vector<std::size_t>& labels : labellings(effects)) {
-      std::vector<std::string> own;
+      std::vector<EffectAt> own;
       for (std::size_t i = 0; i < labels.size(); ++i) own.push_back(name_of(effects[i], effects[i].labels[labels[i]]));
-      CHECK(std::set<std::string>(own.begin(), own.end()).size() == own.size());
+      CHECK(std::set<EffectAt>(own.begin(), own.end()).size() == own.size());
       CHECK(names.insert(own).second);
     }
     return names.size();
@@ -289,7 +325,7 @@ TEST_CASE("a law with two labels is one form with both, and two effects at one p
   CHECK(named({presliding, smoothed}) == 3);
   CHECK(named({presliding, hysteresis, presliding}) == 0);  // two labels, three effects
   EffectCandidate elsewhere = smoothed;
-  elsewhere.location = "tyre";
+  elsewhere.location = "tyre"_at;
   CHECK(named({presliding, elsewhere}) == 4);
   CHECK(labellings({presliding, elsewhere}).front() == std::vector<std::size_t>{0, 0});
 }
@@ -307,10 +343,10 @@ TEST_CASE("a fit is a candidate under each way to name its effects, and knows it
   const Step step;
   const Search search{study, thresholds, effort, bootstrap, nothing, nothing, step};
   Candidates candidates;
-  std::vector<std::string> names;
+  std::vector<EffectAt> names;
   for (const std::string form : {"presliding", "smoothed sign", "polynomial"})
     for (const EffectCandidate& own : offered.candidates) {
-      if (own.location != "suspension" || own.label().form != form) continue;
+      if (own.location != "suspension"_at || own.label().form != form) continue;
       Hypothesis one = nothing;
       one.effects = {own};
       one.parameters = own.parameters;
@@ -345,7 +381,7 @@ TEST_CASE("a fit is a candidate under each way to name its effects, and knows it
   labels.pop_back();
   const Hypothesis one = fit_set(study, nothing, {sized_effect(late, 0)}, nothing);
   REQUIRE(one.effects.size() == 1);
-  CHECK(name_of(one.effects.front()) == "hysteresis@suspension");
+  CHECK(name_of(one.effects.front()) == "hysteresis@suspension"_effect);
   CHECK(one.effects.front().labels.size() == 1);
   // Two candidates of a tyre's polynomial differ by the order of their coefficients: sizes go where they belong.
   int orders = 0;
@@ -373,11 +409,11 @@ TEST_CASE("at a guide where one effect stands a second may stand, at the guide o
   const auto solver = make_levenberg_marquardt({});
   const GapData data = gap_data(nominal, set, noise_floor(set), 0.25);
   const GapSolvers solvers{*solver, *solver, *solver};
-  std::vector<std::string> offered;
+  std::vector<Place> offered;
   const CandidateList guides = [&](const Plant& plant, const Operation& operation) {
     std::vector<EffectCandidate> list;
     for (EffectCandidate& candidate : effect_candidates(plant, operation))
-      if (candidate.label().form == "smoothed sign" && candidate.location.starts_with("guide:")) {
+      if (candidate.label().form == "smoothed sign" && candidate.location.kind == PlaceKind::guide) {
         offered.push_back(candidate.location);
         list.push_back(std::move(candidate));
       }
@@ -397,14 +433,14 @@ TEST_CASE("at a guide where one effect stands a second may stand, at the guide o
     const Hypothesis base = fit_hypothesis(study, plant, {});
     REQUIRE_FALSE(base.fit.error.empty());
     offered.clear();
-    std::vector<std::string> found;
+    std::vector<Place> found;
     for (const Hypothesis& one : extend(study, base, {.worth = 0})) found.push_back(one.effects.back().location);
-    const auto has = [](const std::vector<std::string>& list, const std::string& name) {
+    const auto has = [](const std::vector<Place>& list, const Place& name) {
       return std::find(list.begin(), list.end(), name) != list.end();
     };
-    CHECK(has(found, "guide:wheel"));
-    CHECK(has(offered, "guide:mode_on_wheel") == !guided);
-    CHECK_FALSE(has(found, "guide:mode_on_wheel"));
+    CHECK(has(found, "guide:wheel"_at));
+    CHECK(has(offered, "guide:mode_on_wheel"_at) == !guided);
+    CHECK_FALSE(has(found, "guide:mode_on_wheel"_at));
   }
 }
 

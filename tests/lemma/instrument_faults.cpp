@@ -6,6 +6,7 @@
 #include "core/gap/evidence/instrument_faults.hpp"
 #include "core/gap/verdict/faults.hpp"
 #include "core/plant/dataset.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 
@@ -49,7 +50,7 @@ TEST_CASE("a channel in another unit or of the wrong sign is told with its facto
     const std::vector<InstrumentFault> faults = Reading((Vector(3) << 1.2, factor, 0.9).finished(), 0.3).faults();
     REQUIRE(faults.size() == 1);
     CHECK(faults[0].effect == "gain_error");
-    CHECK(faults[0].location == "sensor:body_acc");
+    CHECK(faults[0].location == "sensor:body_acc"_at);
     CHECK(faults[0].value == Approx(factor).epsilon(0.1));
     CHECK_THAT(fault_message(faults), Contains("body_acc reads") && Contains("check unit and sign"));
   }
@@ -62,14 +63,14 @@ TEST_CASE("where all channels are off alike the fault is the drive's, and two of
   for (const double factor : {-1.0, 1000.0}) {
     const std::vector<InstrumentFault> faults = Reading(Vector::Constant(3, factor), 0.1).faults();
     REQUIRE(faults.size() == 1);
-    CHECK(faults[0].location == "actuator");
+    CHECK(faults[0].location == "actuator"_at);
     CHECK(faults[0].value == Approx(factor).epsilon(0.05));
     CHECK_THAT(fault_message(faults), Contains("every channel reads"));
   }
   const std::vector<InstrumentFault> two = Reading((Vector(3) << 1.0, 0.102, 0.102).finished(), 0.1).faults();
   REQUIRE(two.size() == 2);
-  CHECK(two[0].location == "sensor:body_acc");
-  CHECK(two[1].location == "sensor:wheel_acc");
+  CHECK(two[0].location == "sensor:body_acc"_at);
+  CHECK(two[1].location == "sensor:wheel_acc"_at);
   CHECK(Reading((Vector(3) << 1000.0, -1.0, 0.1).finished(), 0.1).faults().size() == 3);
 }
 
@@ -87,7 +88,7 @@ TEST_CASE("gravity in an accelerometer is an offset of its size, and an offset o
         Reading(Vector::Ones(3), 0.01, (Vector(3) << 0.1, offset, 0.0).finished()).faults();
     REQUIRE(faults.size() == 1);
     CHECK(faults[0].effect == "bias");
-    CHECK(faults[0].location == "sensor:body_acc");
+    CHECK(faults[0].location == "sensor:body_acc"_at);
     CHECK(faults[0].value == Approx(offset).epsilon(0.01));
   }
   // In g, and with gravity in it: the offset is in the unit of the record.
@@ -142,11 +143,11 @@ TEST_CASE("of several drives the one of another unit or sign is told, and gain e
     CAPTURE(factor);
     const std::vector<InstrumentFault> push = faults_of(1, factor), road = faults_of(factor, 1);
     REQUIRE(push.size() == 1);
-    CHECK(push[0].location == "actuator:push");
+    CHECK(push[0].location == "actuator:push"_at);
     CHECK(push[0].value == Approx(factor).margin(0.1 * std::abs(factor)));
     CHECK_THAT(fault_message(push), Contains("push acts"));
     REQUIRE(road.size() == 1);
-    CHECK(road[0].location == "actuator:road");
+    CHECK(road[0].location == "actuator:road"_at);
     CHECK(road[0].value == Approx(factor).margin(0.15 * std::abs(factor)));
   }
   CHECK(faults_of(0.8, 1.3).empty());

@@ -9,6 +9,7 @@
 #include "core/gap/verdict/posterior.hpp"
 #include "core/gap/where/locate.hpp"
 #include "core/plant/dataset.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
@@ -92,7 +93,7 @@ TEST_CASE("Lemma 3: a force missing between two masses, at the tyre or in a sens
     truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.3}});
     const std::vector<PlaceLeftover> places = places_of(nominal, truth);
     REQUIRE(places.size() >= 5);
-    CHECK(places[0].location == "suspension");
+    CHECK(places[0].location == "suspension"_at);
     CHECK(places[0].leftover < 3);  // 1, and what linearising and holding the force over a sample leave
     CHECK(places[1].leftover > 2 * places[0].leftover);
   }
@@ -100,16 +101,16 @@ TEST_CASE("Lemma 3: a force missing between two masses, at the tyre or in a sens
     Plant truth = nominal;
     set_parameter(truth, "actuator:road.gain", 1.08);
     const std::vector<PlaceLeftover> places = places_of(nominal, truth);
-    CHECK(places[0].location == "tyre");
+    CHECK(places[0].location == "tyre"_at);
     CHECK(places[1].leftover > 2 * places[0].leftover);
     // The record cannot tell a tyre from what drives it, nor from the ground under the wheel.
-    CHECK(std::find(places[0].same.begin(), places[0].same.end(), "actuator") != places[0].same.end());
-    CHECK(std::find(places[0].same.begin(), places[0].same.end(), "guide:wheel") != places[0].same.end());
+    CHECK(std::find(places[0].same.begin(), places[0].same.end(), "actuator"_at) != places[0].same.end());
+    CHECK(std::find(places[0].same.begin(), places[0].same.end(), "guide:wheel"_at) != places[0].same.end());
   }
   Plant truth = nominal;
   set_parameter(truth, "sensor:body_acc.gain", 1.1);
   const std::vector<PlaceLeftover> places = places_of(nominal, truth);
-  CHECK(places[0].location == "sensor:body_acc");
+  CHECK(places[0].location == "sensor:body_acc"_at);
   CHECK(places[0].leftover == Approx(1).epsilon(0.2));
 }
 
@@ -119,26 +120,26 @@ TEST_CASE("a law that is missing in an element is found there where a sensor rea
   Plant truth = nominal;
   truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.3}});
   const std::vector<PlaceLeftover> places = places_of(nominal, truth);
-  CHECK(places[0].location == "suspension");
+  CHECK(places[0].location == "suspension"_at);
   CHECK(places[0].leftover < 3);
   CHECK(places[1].leftover > 2 * places[0].leftover);
 }
 
 TEST_CASE("an effect at a guide is compared with the guide's place, one on a mass with that of its guide") {
   const std::vector<PlaceLeftover> places = {
-      {"suspension", {}, 1.5}, {"tyre", {"guide:wheel"}, 3}, {"guide:body", {}, 6}};
-  CHECK(leftover_ratio(places, "suspension") == 1);
-  CHECK(leftover_ratio(places, "guide:wheel") == Approx(2));
-  CHECK(leftover_ratio(places, "wheel") == Approx(2));
-  CHECK(leftover_ratio(places, "guide:body") == Approx(4));
+      {"suspension"_at, {}, 1.5}, {"tyre"_at, {"guide:wheel"_at}, 3}, {"guide:body"_at, {}, 6}};
+  CHECK(leftover_ratio(places, "suspension"_at) == 1);
+  CHECK(leftover_ratio(places, "guide:wheel"_at) == Approx(2));
+  CHECK(leftover_ratio(places, "wheel"_at) == Approx(2));
+  CHECK(leftover_ratio(places, "guide:body"_at) == Approx(4));
   // An element that stands for a guide has the guide's name, once.
   Plant guided = plant_from(quarter_car_text);
   guided.elements.push_back({guide_element("body"), "ground", "body", {{find_law("viscous_damper"), {20}}}});
   int named = 0;
   for (const PlaceLeftover& place : places_of(guided, guided)) {
-    CHECK(place.location != guide_element("body"));
-    named += place.location == "guide:body";
-    named += static_cast<int>(std::count(place.same.begin(), place.same.end(), "guide:body"));
+    CHECK(place.location != part_place(guide_element("body")));
+    named += place.location == "guide:body"_at;
+    named += static_cast<int>(std::count(place.same.begin(), place.same.end(), "guide:body"_at));
   }
   CHECK(named == 1);
 }
@@ -150,7 +151,7 @@ TEST_CASE("in a chain of three masses the element is found among its neighbours"
     truth.elements[e].laws.push_back({find_law("viscous_damper"), {6}});
     const std::vector<PlaceLeftover> places = places_of(nominal, truth);
     CAPTURE(nominal.elements[e].name, places[0].location, places[0].leftover, places[1].location);
-    CHECK(places[0].location == nominal.elements[e].name);
+    CHECK(places[0].location == part_place(nominal.elements[e].name));
   }
 }
 
@@ -161,7 +162,7 @@ TEST_CASE("coloured noise counts as what it is in the band: the right place leav
   const Seen own = seen(nominal, truth, 0.8);
   CHECK(locate(own.fit, own.records).front().leftover > 2);
   const std::vector<PlaceLeftover> places = locate(own.fit, own.records, own.noise_shares);
-  CHECK(places.front().location == "sensor:body_acc");
+  CHECK(places.front().location == "sensor:body_acc"_at);
   CHECK(places.front().leftover == Approx(1).epsilon(0.2));
   CHECK(explains_all(places.front().leftover, own.fit.misfit));
 }
@@ -176,9 +177,9 @@ TEST_CASE("two unknown signals are found at their two places, where no single on
   CHECK_FALSE(explains_all(places.front().leftover, own.fit.misfit));
   const std::vector<PairLeftover> pairs = locate_two(own.fit, own.records, places);
   REQUIRE(pairs.size() == places.size() * (places.size() - 1) / 2);
-  std::array<std::string, 2> best = pairs.front().locations;
+  std::array<Place, 2> best = pairs.front().locations;
   std::sort(best.begin(), best.end());
-  CHECK(best == std::array<std::string, 2>{"sensor:body_acc", "tyre"});
+  CHECK(best == std::array<Place, 2>{"sensor:body_acc"_at, "tyre"_at});
   CHECK(explains_all(pairs.front().leftover, own.fit.misfit));
   CHECK(pairs[1].leftover > 1.2 * pairs[0].leftover);
   // A second place takes away, with its freedom in the noise: no pair leaves more than either of its places.
@@ -207,15 +208,15 @@ TEST_CASE("without any catalogue one fault is an unknown at its place, two are a
   const Diagnosis one = without_catalogue(nominal, truth);
   CHECK(one.evidence.places_needed == 1);
   CHECK(one.evidence.place_pairs.empty());
-  CHECK(one.verdict.named == std::vector<std::string>{"unknown@sensor:travel"});
+  CHECK(one.verdict.named == std::vector<EffectAt>{"unknown@sensor:travel"_effect});
   truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.4}});
   const Diagnosis two = without_catalogue(nominal, truth);
   CHECK(is<AtTwoPlaces>(two.verdict));
   CHECK(two.evidence.places_needed == 2);
-  CHECK(std::set<std::string>(two.verdict.named.begin(), two.verdict.named.end()) ==
-        std::set<std::string>{"unknown@sensor:travel", "unknown@suspension"});
-  CHECK(two.verdict.named.front() == "unknown@" + two.verdict.locations[0].location);
-  CHECK(two.verdict.named.back() == "unknown@" + two.verdict.locations[1].location);
+  CHECK(std::set<EffectAt>(two.verdict.named.begin(), two.verdict.named.end()) ==
+        std::set<EffectAt>{"unknown@sensor:travel"_effect, "unknown@suspension"_effect});
+  CHECK(two.verdict.named.front() == EffectAt{"unknown", two.verdict.locations[0].location});
+  CHECK(two.verdict.named.back() == EffectAt{"unknown", two.verdict.locations[1].location});
   CHECK(two.verdict.locations[1].probability > 0.9);
   truth.sensors[1].path.lag.time_constant_s = 0.006;
   const Diagnosis three = without_catalogue(nominal, truth);

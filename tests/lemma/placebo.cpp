@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/plant/dataset.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
@@ -108,13 +109,14 @@ TEST_CASE("the placebo of a true answer names it again, the same whenever it run
   for (const Plant& truth : {wrong, nominal}) {
     const RecordSet set = measured(truth);
     const Diagnosis diagnosis = diagnosed(set);
-    const std::vector<std::string>& named = diagnosis.verdict.named;
+    const std::vector<EffectAt>& named = diagnosis.verdict.named;
     REQUIRE(named.empty() == (get_parameter(truth, "sensor:v.gain") == 1));
     const Placebo first = placebo(diagnosis, set, 2, 5, diagnosed, one_by_one);
     CHECK(first.why_not.empty());
     CHECK(first.runs == 2);
     CHECK(first.same == 2);
-    CHECK(first.names == std::map<std::string, Index>{{named.empty() ? "none" : named[0], 2}});
+    CHECK(first.nothing == (named.empty() ? 2 : 0));
+    if (!named.empty()) CHECK(first.names == std::map<EffectAt, Index>{{named[0], 2}});
     CHECK(placebo(diagnosis, set, 2, 5, diagnosed, backwards).names == first.names);
   }
 }
@@ -126,8 +128,9 @@ TEST_CASE("what comes back is counted name by name, what the catalogue does not 
   diagnosis.plant = plant;
   diagnosis.floor = noise_floor(set);
   diagnosis.verdict.answer = Effects{2, 0, false};
-  diagnosis.verdict.named = {"a@spring", "b@spring"};
-  std::vector<std::vector<std::string>> answers = {{"b@spring", "a@spring"}, {"a@spring"}, {}, {"c@m", "a@spring"}};
+  diagnosis.verdict.named = {"a@spring"_effect, "b@spring"_effect};
+  const EffectAt a = "a@spring"_effect, b = "b@spring"_effect, c = "c@m"_effect;
+  std::vector<std::vector<EffectAt>> answers = {{b, a}, {a}, {}, {c, a}};
   std::size_t next = 0;
   const auto told = [&](const RecordSet&) {
     Diagnosis again;
@@ -136,7 +139,8 @@ TEST_CASE("what comes back is counted name by name, what the catalogue does not 
   };
   const Placebo row = placebo(diagnosis, set, 4, 1, told, one_by_one);
   CHECK(row.same == 1);
-  CHECK(row.names == std::map<std::string, Index>{{"a@spring", 3}, {"b@spring", 1}, {"c@m", 1}, {"none", 1}});
+  CHECK(row.names == std::map<EffectAt, Index>{{a, 3}, {b, 1}, {c, 1}});
+  CHECK(row.nothing == 1);
   for (const Answer& place : std::vector<Answer>{AtPlace{}, AtTwoPlaces{}, Exogenous{}, Insufficient{}}) {
     diagnosis.verdict.answer = place;
     const Placebo none = placebo(diagnosis, set, 4, 1, told, one_by_one);

@@ -5,6 +5,7 @@
 
 #include "core/gap/plan/plan.hpp"
 #include "core/gap/plan/responses.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/table.hpp"
@@ -47,7 +48,7 @@ std::vector<EffectCandidate> all_of(const Plant& plant, const std::vector<FitRec
   return effect_candidates(plant, operation);
 }
 
-std::vector<EffectCandidate> some_of(const Plant& plant, const std::vector<std::string>& effects) {
+std::vector<EffectCandidate> some_of(const Plant& plant, const std::vector<EffectId>& effects) {
   std::vector<EffectCandidate> list;
   for (EffectCandidate& candidate : all_of(plant, drive_of(plant, plant.input_count() == 1 ? 0.01 : 0.002, 3, 4)))
     if (std::find(effects.begin(), effects.end(), candidate.label().effect) != effects.end())
@@ -56,7 +57,7 @@ std::vector<EffectCandidate> some_of(const Plant& plant, const std::vector<std::
 }
 
 EffectCandidate changed(const Plant& plant, const std::string& parameter, double factor) {
-  EffectCandidate candidate{{{parameter, ""}}, "", plant, {}};
+  EffectCandidate candidate{{{EffectId(parameter), ""}}, {}, plant, {}};
   set_parameter(candidate.plant, parameter, factor * get_parameter(plant, parameter));
   return candidate;
 }
@@ -112,7 +113,7 @@ TEST_CASE("sizes go with one over the noise, cosines are symmetric and in [-1, 1
   CHECK((quiet.cosine - quiet.cosine.transpose()).norm() == 0);
   CHECK(quiet.cosine.cwiseAbs().maxCoeff() <= 1);
   CHECK(quiet.cosine(0, quiet.cosine.cols() - 1) == Approx(1).epsilon(1e-9));
-  const auto index = [&](const std::string& effect) {
+  const auto index = [&](const EffectId& effect) {
     const auto found = std::find_if(candidates.begin(), candidates.end(), [&](const EffectCandidate& candidate) {
       return candidate.label().effect == effect;
     });
@@ -156,7 +157,7 @@ TEST_CASE("a delay and an actuator's lag look alike below 20 Hz, a band further 
   const Plant plant = plant_from(quarter_car_text);
   const std::vector<FitRecord> records = drive_of(plant, 0.004, 6, 8);
   std::vector<EffectCandidate> all = some_of(plant, {"time_delay", "actuator_lag", "damper_asymmetry", "tyre_liftoff"});
-  std::erase_if(all, [](const EffectCandidate& candidate) { return candidate.location.starts_with("sensor:"); });
+  std::erase_if(all, [](const EffectCandidate& candidate) { return candidate.location.kind == PlaceKind::sensor; });
   std::vector<std::string> steps;
   const Plan plan = plan_test(plant, records, 2, all, {}, [&](const std::string& what) { steps.push_back(what); });
   REQUIRE(plan.status == Status::ok);
@@ -164,7 +165,7 @@ TEST_CASE("a delay and an actuator's lag look alike below 20 Hz, a band further 
   REQUIRE(plan.pairs.size() == 1);
   const PlanPair& pair = plan.pairs[0];
   CHECK(std::abs(pair.cosine) > confused_cosine);
-  for (const std::size_t i : {pair.a, pair.b}) CHECK(plan.planned.effects[i].location == "actuator");
+  for (const std::size_t i : {pair.a, pair.b}) CHECK(plan.planned.effects[i].location == "actuator"_at);
   REQUIRE(pair.item >= 0);
   const PlanItem& item = plan.menu[static_cast<std::size_t>(pair.item)];
   CHECK_THAT(item.view.name, Catch::Contains("noise up to"));
@@ -181,7 +182,7 @@ TEST_CASE("a delay and an actuator's lag look alike below 20 Hz, a band further 
 
   std::vector<EffectCandidate> two;
   for (const EffectCandidate& candidate : all)
-    if (candidate.location == "actuator" && candidate.label().form != "second order") two.push_back(candidate);
+    if (candidate.location == "actuator"_at && candidate.label().form != "second order") two.push_back(candidate);
   REQUIRE(two.size() == 2);
   const SeparatingTest test = separating_test(plant, records, two[0], two[1]);
   CHECK(std::abs(test.planned_cosine) > confused_cosine);
@@ -201,8 +202,9 @@ TEST_CASE("a plan is made for any graph: one mass under a force, a chain with tw
     CHECK(plan.menu.size() >= 5);
     CHECK(std::any_of(plan.planned.effects.begin(), plan.planned.effects.end(),
                       [](const PlannedEffect& effect) { return effect.size_sigma >= visible_sigma; }));
-    const bool several = std::any_of(plan.planned.effects.begin(), plan.planned.effects.end(),
-                                     [](const PlannedEffect& effect) { return effect.location == "actuator:motor"; });
+    const bool several =
+        std::any_of(plan.planned.effects.begin(), plan.planned.effects.end(),
+                    [](const PlannedEffect& effect) { return effect.location == "actuator:motor"_at; });
     CHECK(several == (plant.input_count() > 1));
   }
 }

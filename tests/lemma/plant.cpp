@@ -12,6 +12,7 @@
 #include "core/plant/road.hpp"
 #include "core/plant/rotary.hpp"
 #include "core/plant/simulate.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 
 using namespace wheelhop;
@@ -502,9 +503,9 @@ TEST_CASE("what turns moves as what slides with the same numbers, and is written
   CHECK(shown_name(turning, "guide.viscous_damper.damping_ns_per_m") == "guide.viscous_damper.damping_ns_per_m");
   CHECK(shown_name(turning, "load:weight.force_n") == "load:weight.torque_nm");
   CHECK(shown_name(turning, "sensor:phi.gain") == "sensor:phi.gain");
-  CHECK(force_unit(turning, "shaft") == "N m");
-  CHECK(force_unit(turning, "guide:motor") == "N m");
-  CHECK(force_unit(turning, "guide") == "N");
+  CHECK(force_unit(turning, "shaft"_at) == "N m");
+  CHECK(force_unit(turning, "guide:motor"_at) == "N m");
+  CHECK(force_unit(turning, "guide"_at) == "N");
   CHECK(motion_unit(turning, "shaft.velocity") == "rad/s");
   CHECK(motion_unit(turning, "guide.travel") == "m");
 }

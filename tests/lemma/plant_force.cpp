@@ -6,6 +6,7 @@
 #include "core/plant/linearise.hpp"
 #include "core/plant/simulate.hpp"
 #include "tests/support/law_bench.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 
@@ -364,7 +365,7 @@ TEST_CASE("plants with force sensors and loads are read, written, and refused wh
   REQUIRE(gravity != list.end());
   CHECK(gravity->value == -2450);
   CHECK(gravity->tolerance == 0.01);
-  CHECK(gravity->location == "guide:body");
+  CHECK(gravity->handle.place == "guide:body"_at);
   CHECK(gravity->unit == "N");
 
   const auto refusal = [&](const auto& edit) -> std::string {

@@ -355,7 +355,7 @@ TEST_CASE("paths read back what they write, and their numbers are parameters wit
   for (const PlantParameter& parameter : plant_parameters(plant))
     if (parameter.name == "actuator:road.delay_s" || parameter.name == "sensor:travel.gain" ||
         parameter.name == "sensor:body_acc.rate_limit" || parameter.name == "timebase.clock_skew")
-      places.push_back(parameter.location + " " + parameter.unit);
+      places.push_back(to_string(parameter.handle.place) + " " + parameter.unit);
   CHECK(places == std::vector<std::string>{"actuator s", "sensor:travel -", "sensor:body_acc m/s^2/s", "timebase -"});
 }
 

@@ -4,13 +4,15 @@
 
 #include "core/base/random.hpp"
 #include "core/gap/verdict/posterior.hpp"
+#include "tests/support/places.hpp"
 
 using namespace wheelhop;
+using namespace wheelhop::test;
 
 namespace {
 
-RankedCandidate candidate(const std::string& effect, double chi2, double log_prior = 0) {
-  return {effect, "spring", 0, false, chi2, 0, log_prior};
+RankedCandidate candidate(const EffectId& effect, double chi2, double log_prior = 0) {
+  return {effect, "spring"_at, 0, false, chi2, 0, log_prior};
 }
 
 struct Posterior {
@@ -18,7 +20,7 @@ struct Posterior {
   Matrix covariance;
 };
 
-double probability_of(const std::vector<RankedCandidate>& list, const std::string& effect) {
+double probability_of(const std::vector<RankedCandidate>& list, const EffectId& effect) {
   for (const RankedCandidate& r : list)
     if (r.effect == effect) return r.probability;
   return 0;
@@ -86,29 +88,29 @@ TEST_CASE("of an effect's forms the most probable counts, and an implausible siz
 }
 
 TEST_CASE("laws of one instrument are nearly exact: their difference counts, and other places gain nothing by it") {
-  const auto ranked = [](const std::string& place, double behind, bool in_pairs) {
+  const auto ranked = [](const Place& place, double behind, bool in_pairs) {
     std::vector<RankedCandidate> list = {{"time_delay", place, 0, false, 1000, 0, 0},
                                          {"sensor_lag", place, 1, false, 1000 + behind, 0, 0},
-                                         {"coulomb_friction", "suspension", 2, false, 1100, 0, 0}};
+                                         {"coulomb_friction", "suspension"_at, 2, false, 1100, 0, 0}};
     if (in_pairs)
-      for (RankedCandidate& own : list) own.set = {own.name(), "tyre_damping@tyre"};
+      for (RankedCandidate& own : list) own.set = {own.name(), "tyre_damping@tyre"_effect};
     rank(list, {1, 1e4, 1000}, {});
     return list;
   };
   for (const bool in_pairs : {false, true}) {
-    CHECK(probability_of(ranked("spring", 30, in_pairs), "sensor_lag") > 0.3);
-    const std::vector<RankedCandidate> tie = ranked("sensor:travel", 0, in_pairs);
+    CHECK(probability_of(ranked("spring"_at, 30, in_pairs), "sensor_lag") > 0.3);
+    const std::vector<RankedCandidate> tie = ranked("sensor:travel"_at, 0, in_pairs);
     CHECK(probability_of(tie, "sensor_lag") == Approx(probability_of(tie, "time_delay")));
     for (const double behind : {5.0, 30.0}) {
-      const std::vector<RankedCandidate> list = ranked("sensor:travel", behind, in_pairs);
+      const std::vector<RankedCandidate> list = ranked("sensor:travel"_at, behind, in_pairs);
       CHECK(probability_of(list, "sensor_lag") < std::exp(-0.22 * behind));
       // Another place is as probable as beside two laws of one spring.
       CHECK(probability_of(list, "coulomb_friction") ==
-            Approx(probability_of(ranked("spring", behind, in_pairs), "coulomb_friction")));
+            Approx(probability_of(ranked("spring"_at, behind, in_pairs), "coulomb_friction")));
     }
     // What differs in more than its instruments is weighed as before.
-    std::vector<RankedCandidate> elsewhere = ranked("sensor:travel", 0, in_pairs);
-    elsewhere[1].location = "sensor:body_acc";
+    std::vector<RankedCandidate> elsewhere = ranked("sensor:travel"_at, 0, in_pairs);
+    elsewhere[1].location = "sensor:body_acc"_at;
     if (in_pairs) elsewhere[1].set[0] = elsewhere[1].name();
     elsewhere[1].chi2 = elsewhere[0].chi2 + 30;
     rank(elsewhere, {1, 1e4, 1000}, {});

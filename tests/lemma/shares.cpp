@@ -6,6 +6,7 @@
 
 #include "core/gap/which/shares.hpp"
 #include "core/plant/dataset.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
@@ -74,7 +75,7 @@ TEST_CASE("the shares of two effects in a plant make up the closure, whichever w
   // The answer, as the search would hand it over: two candidates, one put upon the other, and their parameters.
   Hypothesis both = none;
   Plant plant = none.fit.plant;
-  for (const std::string name : {"damper_asymmetry@spring", "gain_error@sensor:a"}) {
+  for (const EffectAt& name : {"damper_asymmetry@spring"_effect, "gain_error@sensor:a"_effect}) {
     Operation operation;
     REQUIRE(operation_of(plant, data.fitted, {}, operation));
     for (const EffectCandidate& candidate : candidates(plant, operation))

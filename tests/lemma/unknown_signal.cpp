@@ -7,6 +7,7 @@
 #include "core/gap/where/unknown.hpp"
 #include "core/greybox/trajectory.hpp"
 #include "core/plant/dataset.hpp"
+#include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
@@ -43,7 +44,7 @@ struct Run {
     fit = fit_plant(nominal, {}, records, *make_levenberg_marquardt({}), {6});
     REQUIRE(fit.error.size() == 1);
   }
-  Vector at(const std::string& place) const {
+  Vector at(const Place& place) const {
     const UnknownSignal found = unknown_signal(fit, records, 0, place);
     CAPTURE(found.message);
     REQUIRE(found.status == Status::ok);
@@ -61,15 +62,15 @@ Vector inner(const Vector& x) { return x.segment(200, kSampled - 400); }
 TEST_CASE("a force between two masses, or on one, is reconstructed: a law's sign is minus that of a force input",
           "[slow]") {
   const Plant nominal = plant_from(chain_text);
-  for (const std::string place : {"lower", "upper", "foot", "guide:mid"}) {
+  for (const Place& place : {"lower"_at, "upper"_at, "foot"_at, "guide:mid"_at}) {
     CAPTURE(place);
     Plant truth = nominal;
     PlantInput force{
         .name = "hidden", .kind = InputKind::force, .unit = "N", .hold_hz = 1000, .from = "ground", .to = "mid"};
-    if (place == "lower") force.from = "low";
-    if (place == "upper")
+    if (place == "lower"_at) force.from = "low";
+    if (place == "upper"_at)
       force = {.name = "hidden", .kind = InputKind::force, .unit = "N", .hold_hz = 1000, .from = "mid", .to = "top"};
-    if (place == "foot") force.to = "low";
+    if (place == "foot"_at) force.to = "low";
     truth.inputs.push_back(force);
     Random random = numbers(832);
     Matrix drive = smooth(3, 1, random);
@@ -77,7 +78,7 @@ TEST_CASE("a force between two masses, or on one, is reconstructed: a law's sign
     const Vector hidden = decimate(drive.row(2), kRatio).transpose();
     const Run run(nominal, truth, drive, 0.002);
     // What holds the two lower plates together hardly moves any of these sensors.
-    CHECK(relative_error(inner(run.at(place)), inner(-hidden)) < (place == "lower" ? 0.35 : 0.1));
+    CHECK(relative_error(inner(run.at(place)), inner(-hidden)) < (place == "lower"_at ? 0.35 : 0.1));
   }
 }
 
@@ -87,7 +88,7 @@ TEST_CASE("a missing damper reads its coefficient times the rate of its element"
   truth.elements[0].laws.push_back({find_law("viscous_damper"), {120}});
   Random random = numbers(833);
   const Run run(nominal, truth, smooth(1, 0.003, random), 0.005);
-  const Vector force = inner(run.at("suspension"));
+  const Vector force = inner(run.at("suspension"_at));
   // Its own rate, that of the plant with the damper.
   PlantFit true_fit = fit_plant(truth, {}, run.records, *make_levenberg_marquardt({}), {6});
   const Vector rate = inner(trajectories(true_fit, run.records)[0].rate.row(0).transpose());
@@ -102,11 +103,11 @@ TEST_CASE(
   set_parameter(truth, "sensor:body_acc.gain", 1.1);
   Random random = numbers(834);
   const Run run(nominal, truth, smooth(1, 0.003, random), 0.005);
-  CHECK(relative_error(run.at("sensor:body_acc"), 0.1 / 1.1 * run.records[0].y.row(1).transpose()) < 0.1);
-  CHECK(unknown_signal(run.fit, run.records, 0, "sensor:body_acc").unit == "m/s^2");
-  CHECK(unknown_signal(run.fit, run.records, 0, "timebase").status == Status::unavailable);
+  CHECK(relative_error(run.at("sensor:body_acc"_at), 0.1 / 1.1 * run.records[0].y.row(1).transpose()) < 0.1);
+  CHECK(unknown_signal(run.fit, run.records, 0, "sensor:body_acc"_at).unit == "m/s^2");
+  CHECK(unknown_signal(run.fit, run.records, 0, "timebase"_at).status == Status::unavailable);
   const Run quiet(nominal, nominal, smooth(1, 0.003, random), 0.01);
-  const UnknownSignal nothing = unknown_signal(quiet.fit, quiet.records, 0, "suspension");
+  const UnknownSignal nothing = unknown_signal(quiet.fit, quiet.records, 0, "suspension"_at);
   CHECK(nothing.rms < 2 * nothing.noise_rms + 1);
 }
 
@@ -118,19 +119,19 @@ TEST_CASE("the plant's own states explain a law that is missing, whatever its fo
   Plant missing = nominal;
   missing.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.4}});
   const Run own(nominal, missing, drive, 0.01);
-  CHECK(explained_by_states(own.fit, own.records, "suspension") > 0.7);
+  CHECK(explained_by_states(own.fit, own.records, "suspension"_at) > 0.7);
 
   // Of places that enter alike, the one whose own motion a law reads explains it best.
   Plant dragged = nominal, tyre = nominal;
   dragged.elements.push_back({"drag", "ground", "wheel", {{find_law("coulomb_friction"), {40, 40, 0.1, 0.01}}}});
   tyre.elements[1].laws.push_back({find_law("polynomial_spring"), {0, 0, 4e9}});
   const Run held(nominal, dragged, drive, 0.002), hard(nominal, tyre, drive, 0.002);
-  const auto share = [](const Run& run, const std::string& entry) {
-    return explained_by_states(run.fit, run.records, "tyre", entry);
+  const auto share = [](const Run& run, const Place& entry) {
+    return explained_by_states(run.fit, run.records, "tyre"_at, entry);
   };
-  CHECK(share(held, "guide:wheel") > share(held, "tyre") + 0.1);
-  CHECK(share(hard, "tyre") > share(hard, "guide:wheel") + 0.1);
-  CHECK(share(hard, "tyre") > share(hard, "actuator") + 0.1);
+  CHECK(share(held, "guide:wheel"_at) > share(held, "tyre"_at) + 0.1);
+  CHECK(share(hard, "tyre"_at) > share(hard, "guide:wheel"_at) + 0.1);
+  CHECK(share(hard, "tyre"_at) > share(hard, "actuator"_at) + 0.1);
 
   Plant pushed = nominal;
   pushed.inputs.push_back(
@@ -138,8 +139,8 @@ TEST_CASE("the plant's own states explain a law that is missing, whatever its fo
   Matrix both(2, drive.cols());
   both << drive, 40 * smooth(1, 1, random);
   const Run outside(nominal, pushed, both, 0.01);
-  CHECK(explained_by_states(outside.fit, outside.records, "guide:body") < 0.3);
-  CHECK(std::isnan(explained_by_states(outside.fit, outside.records, "nowhere")));
+  CHECK(explained_by_states(outside.fit, outside.records, "guide:body"_at) < 0.3);
+  CHECK(std::isnan(explained_by_states(outside.fit, outside.records, "nowhere"_at)));
 }
 
 TEST_CASE("a stop that is met at the peaks alone is the element's own doing", "[slow]") {
@@ -149,7 +150,7 @@ TEST_CASE("a stop that is met at the peaks alone is the element's own doing", "[
   const Run still(nominal, nominal, drive, 0.01);
   const Trajectory motion = trajectories(still.fit, still.records)[0];
   for (const Index element : {0, 1}) {
-    const std::string place = nominal.elements[static_cast<std::size_t>(element)].name;
+    const Place place = part_place(nominal.elements[static_cast<std::size_t>(element)].name);
     const auto travel = motion.travel.row(element);
     const double gap = 2.2 * travel.norm() / std::sqrt(static_cast<double>(kSampled));
     Plant stopped = nominal;
@@ -178,7 +179,7 @@ TEST_CASE("a stiffness that changes with time reads its own travel, as slowly or
       both(1, k) = -6000 * std::sin(6.2832 * changes_hz * static_cast<double>(k) / 1000) * travel(k / kRatio);
     }
     const Run changing(nominal, pushed, both, 0.01);
-    CHECK(explained_by_states(changing.fit, changing.records, "suspension", "suspension") > 0.4);
+    CHECK(explained_by_states(changing.fit, changing.records, "suspension"_at, "suspension"_at) > 0.4);
   }
 }
 
@@ -201,7 +202,7 @@ TEST_CASE("a force that follows the motion a little is told from one that does n
       for (Index k = 0; k < drive.cols(); ++k)
         both(1, k) = 40 * (other(k / kRatio) - follows * speed(k / kRatio) / size);
       const Run run(nominal, pushed, both, 0.01);
-      const double share = explained_by_states(run.fit, run.records, "guide:body");
+      const double share = explained_by_states(run.fit, run.records, "guide:body"_at);
       if (follows == 0)
         CHECK(share == 0);
       else {

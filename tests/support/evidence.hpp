@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/gap/verdict/evidence.hpp"
+#include "tests/support/places.hpp"
 
 namespace wheelhop::test {
 
@@ -25,18 +26,19 @@ inline Evidence evidence_with_gap(double left) {
                                "tyre.linear_spring.stiffness_n_per_m"};
   const char* const effects[] = {"mass_error", "damping_error", "stiffness_error"};
   const char* const places[] = {"body", "suspension", "tyre"};
-  for (int i = 0; i < 3; ++i) evidence.tolerances.push_back({names[i], effects[i], places[i], 0.1, 0.1, 0.1, 0.1});
+  for (int i = 0; i < 3; ++i)
+    evidence.tolerances.push_back({names[i], effects[i], part_place(places[i]), 0.1, 0.1, 0.1, 0.1});
   evidence.tolerance_covariance = 0.01 * Matrix::Identity(3, 3);
-  evidence.places = {{"suspension", {}, 1}, {"guide:body", {}, 3}, {"tyre", {"actuator"}, 9}};
+  evidence.places = {{"suspension"_at, {}, 1}, {"guide:body"_at, {}, 3}, {"tyre"_at, {"actuator"_at}, 9}};
   evidence.places_needed = 1;
   return evidence;
 }
 
 /// An effect that leaves `left` times the noise power.
-inline CandidateEvidence single(const Evidence& evidence, const std::string& effect, const std::string& location,
+inline CandidateEvidence single(const Evidence& evidence, const EffectId& effect, const std::string& location,
                                 double left) {
   CandidateEvidence candidate;
-  candidate.effects = {{effect, location, "form", {{"size", 1, 0}}, {}}};
+  candidate.effects = {{effect, place_from(location), "form", {{"size", 1, 0}}, {}}};
   candidate.chi2 = evidence.samples * (1 + left);
   candidate.parameters = 4;
   candidate.misfit = 1 + left;
@@ -46,10 +48,10 @@ inline CandidateEvidence single(const Evidence& evidence, const std::string& eff
   return candidate;
 }
 
-inline CandidateEvidence pair(const Evidence& evidence, const std::string& first, const std::string& second,
+inline CandidateEvidence pair(const Evidence& evidence, const EffectId& first, const EffectId& second,
                               const std::string& first_at, const std::string& second_at, double left) {
   CandidateEvidence both = single(evidence, first, first_at, left);
-  both.effects.push_back({second, second_at, "form", {{"size", 1, 0}}, {}});
+  both.effects.push_back({second, place_from(second_at), "form", {{"size", 1, 0}}, {}});
   both.parameters = 5;
   return both;
 }

@@ -34,7 +34,7 @@ std::shared_ptr<const Effect> make_added_mode(const EffectOptions&) {
           other.elements.push_back(spring);
           return true;
         };
-        list.push_back(with_path(plant, "added_mode", host.name, "mass on a spring",
+        list.push_back(with_path(plant, "added_mode", part_place(host.name), "mass on a spring",
                                  {{mode + ".mass_kg", mass_kg, third(mass_kg)},
                                   {spring.name + ".linear_spring.stiffness_n_per_m", stiffness, third(stiffness)},
                                   {spring.name + ".viscous_damper.damping_ns_per_m", damping, third(damping)}},

@@ -31,9 +31,10 @@ std::shared_ptr<const Effect> make_crosstalk(const EffectOptions&) {
                                sensor.path.crosstalk.emplace_back(from, 0.0);
                                return true;
                              };
-                             const std::string place = "sensor:" + own.name;
+                             const Place at = sensor_place(own.name);
+                             const std::string place = to_string(at);
                              const double factor = 0.02 * operation.output_rms(i) / operation.output_rms(j);
-                             list.push_back(with_path(plant, "crosstalk", place, "from " + other.name,
+                             list.push_back(with_path(plant, "crosstalk", at, "from " + other.name,
                                                       {{place + ".crosstalk." + other.name, factor, factor}}, couple));
                              list.back().either_sign = true;
                              // No mount is so straight that its tilt is seen; of other units no share is known.

@@ -11,8 +11,9 @@ std::shared_ptr<const Effect> make_gain_error(const EffectOptions&) {
       list.back().either_sign = true;
     }
     for (const Sensor& sensor : plant.sensors) {
-      const std::string place = "sensor:" + sensor.name;
-      list.push_back(with_path(plant, "gain_error", place, "gain", {{place + ".gain", 1.02, 0.02}}));
+      const Place at = sensor_place(sensor.name);
+      const std::string place = to_string(at);
+      list.push_back(with_path(plant, "gain_error", at, "gain", {{place + ".gain", 1.02, 0.02}}));
       list.back().ideal = 1;
       list.back().either_sign = true;
     }

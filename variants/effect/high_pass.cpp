@@ -14,9 +14,10 @@ std::shared_ptr<const Effect> make_high_pass(const EffectOptions&) {
   return effect_family("high_pass", [](const Plant& plant, const Operation&, std::vector<EffectCandidate>& list) {
     for (const Sensor& sensor : plant.sensors) {
       if (sensor.path.high_pass_hz > 0) continue;
-      const std::string place = "sensor:" + sensor.name;
+      const Place at = sensor_place(sensor.name);
+      const std::string place = to_string(at);
       list.push_back(
-          with_path(plant, "high_pass", place, "AC coupling", {{place + ".high_pass_hz", kCorner, 0.5 * kCorner}}));
+          with_path(plant, "high_pass", at, "AC coupling", {{place + ".high_pass_hz", kCorner, 0.5 * kCorner}}));
       typically(list.back(), "high_pass_hz", kTypical);
     }
   });

@@ -10,7 +10,7 @@ std::shared_ptr<const Effect> make_quantisation(const EffectOptions&) {
           const Sensor& sensor = plant.sensors[static_cast<std::size_t>(i)];
           if (!(operation.output_quantum(i) > 0) || sensor.path.quantum > 0) continue;
           EffectCandidate candidate = with_path(
-              plant, "quantisation", "sensor:" + sensor.name, "rounding",
+              plant, "quantisation", sensor_place(sensor.name), "rounding",
               {{"sensor:" + sensor.name + ".quantum", operation.output_quantum(i), operation.output_quantum(i)}});
           candidate.parameters.clear();
           candidate.proportional = false;

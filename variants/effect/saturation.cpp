@@ -12,15 +12,16 @@ void add_ends_of_range(const Plant& plant, const Operation& operation, std::vect
     const Sensor& sensor = plant.sensors[static_cast<std::size_t>(i)];
     const double peak = operation.output_peak(i), ceiling = operation.output_ceiling(i);
     if (!(peak > 0) || std::isfinite(sensor.path.saturation)) continue;
-    const std::string place = "sensor:" + sensor.name;
+    const Place at = sensor_place(sensor.name);
+    const std::string place = to_string(at);
     const bool seen = ceiling > 0 && ceiling < peak;
     for (const double end : seen ? std::vector{ceiling} : std::vector{0.6 * peak, 0.85 * peak}) {
-      list.push_back(with_path(plant, "saturation", place, "end of range", {{place + ".saturation", end, 0.1 * end}}));
+      list.push_back(with_path(plant, "saturation", at, "end of range", {{place + ".saturation", end, 0.1 * end}}));
       list.back().proportional = false;
     }
     for (const double share : {0.9, 1.5}) {  // an amplifier bends before it ends
       list.push_back(with_path(
-          plant, "saturation", place, "soft end",
+          plant, "saturation", at, "soft end",
           {{place + ".saturation", share * peak, 0.2 * share * peak}, {place + ".saturation_sharpness", 4, 1.5}}));
       list.back().proportional = false;
     }

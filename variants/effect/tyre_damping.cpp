@@ -22,7 +22,7 @@ std::shared_ptr<const Effect> make_tyre_damping(const EffectOptions&) {
             if (place.mass != mass || damped) continue;
             list.push_back(with_law(plant, place, "tyre_damping", "to the ground", "viscous_damper", {100},
                                     {{"damping_ns_per_m", 100}}));
-            list.back().location = tyre.name;
+            list.back().location = part_place(tyre.name);
           }
         }
       });

@@ -62,7 +62,7 @@ std::vector<Regression> regressions(const PlantFit& fit, const std::vector<FitRe
   return list;
 }
 
-std::string location_of_sensor(const Plant& plant, std::size_t j) { return "sensor:" + plant.sensors[j].name; }
+Place location_of_sensor(const Plant& plant, std::size_t j) { return sensor_place(plant.sensors[j].name); }
 
 /// The wrong factors: of single channels, or of the drive.
 std::vector<InstrumentFault> wrong_factors(const Plant& plant, const std::vector<Regression>& channels) {
@@ -212,7 +212,7 @@ std::vector<InstrumentFault> gross_faults(const PlantFit& fit, const std::vector
   std::vector<InstrumentFault> faults = wrong_drives(fit, records);
   if (faults.empty()) faults = wrong_factors(fit.plant, channels);
   const bool scaled = !faults.empty();
-  const bool drive = scaled && place_from(faults.front().location).kind == PlaceKind::actuator;
+  const bool drive = scaled && faults.front().location.kind == PlaceKind::actuator;
   for (std::size_t j = 0; j < channels.size(); ++j) {
     if (!feels_gravity(fit.plant.sensors[j])) continue;
     const Regression& own = channels[j];
@@ -226,7 +226,8 @@ std::vector<InstrumentFault> gross_faults(const PlantFit& fit, const std::vector
       faults.push_back({"bias", location_of_sensor(fit.plant, j), offset});
   }
   if (scaled) return faults;
-  if (const double slope = falls_behind(fit, records); slope != 0) faults.push_back({"clock_skew", "timebase", -slope});
+  if (const double slope = falls_behind(fit, records); slope != 0)
+    faults.push_back({"clock_skew", clock_place(), -slope});
   return faults;
 }
 

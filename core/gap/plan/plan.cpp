@@ -24,14 +24,15 @@ constexpr double kComparable = 0.5;     // share of the best form's size from wh
 
 /// The forms of one effect at one place.
 struct Forms {
-  std::string effect, location;
+  EffectId effect;
+  Place location;
   std::vector<std::size_t> candidates;
 };
 
 std::vector<Forms> groups_of(const std::vector<EffectCandidate>& candidates) {
   std::vector<Forms> groups;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const std::string& location = candidates[i].location;
+    const Place& location = candidates[i].location;
     const auto same = [&](const Forms& group) {
       return group.effect == candidates[i].label().effect && group.location == location;
     };

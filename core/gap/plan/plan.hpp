@@ -20,7 +20,8 @@ inline constexpr double hard_cosine = 0.7;       ///< ... above which it is hard
 
 /// An effect at a place, by the form that shows most.
 struct PlannedEffect {
-  std::string effect, location;
+  EffectId effect;
+  Place location;
   std::string form;
   double size_sigma = 0;  ///< RMS that it leaves when all parameters have followed, over the noise; NaN: not simulated
 };

@@ -113,8 +113,8 @@ SeparatingTest separating_test(const Plant& plant, const std::vector<FitRecord>&
                                const EffectCandidate& b) {
   // Two forms of one family are asked about as two effects.
   std::vector<EffectCandidate> both = {a, b};
-  both[0].labels.front().effect += " (1)";
-  both[1].labels.front().effect += " (2)";
+  both[0].labels.front().effect = EffectId(a.label().effect.text() + " (1)");
+  both[1].labels.front().effect = EffectId(b.label().effect.text() + " (2)");
   const Plan plan = plan_test(plant, records, 1, both, {.menu_s = 20, .compared = {{0, 1}}});
   SeparatingTest best;
   if (plan.status != Status::ok) return best;

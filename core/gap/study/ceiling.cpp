@@ -111,7 +111,7 @@ std::vector<Matrix> outputs_of(const LinearPlant& linear, const FitRecord& recor
 /// Weights by the error of the outputs, not of the force: what is near a resonance counts for more. Gauss-Newton with
 /// the linearised plant's responses as long as the training records gain by it; no force where they never do.
 void fit_weights(const LinearPlant& linear, const PlantFit& trained, const std::vector<FitRecord>& records,
-                 const std::string& location, const std::vector<Matrix>& motion, ScaledMap& map) {
+                 const Place& location, const std::vector<Matrix>& motion, ScaledMap& map) {
   const Index count = map.weights.size();
   Index rows = 0;
   for (const FitRecord& record : records) rows += record.y.rows() * (record.y.cols() - record.skip);
@@ -155,7 +155,7 @@ void fit_weights(const LinearPlant& linear, const PlantFit& trained, const std::
   if (!(best < inner_misfit(left_by(Vector::Zero(count))))) map.weights.setZero();
 }
 
-Ceiling no_ceiling(const std::string& location, const std::string& why_not) {
+Ceiling no_ceiling(const Place& location, const std::string& why_not) {
   Ceiling none;
   none.location = location;
   none.why_not = why_not;
@@ -164,11 +164,11 @@ Ceiling no_ceiling(const std::string& location, const std::string& why_not) {
 
 /// Of one plant. @param gap misfit - 1 before
 Ceiling ceiling_of(const Plant& bare, const std::vector<FitRecord>& fitted, const std::vector<FitRecord>& held_out,
-                   const std::string& location, double gap, const CeilingPieces& pieces, const ProfileOptions& noise,
+                   const Place& location, double gap, const CeilingPieces& pieces, const ProfileOptions& noise,
                    Random& random) {
   ForcePlace place;
   if (!force_place_of(bare, location, place))
-    return no_ceiling(location, "what enters at \"" + location + "\" is no force that a motion could make");
+    return no_ceiling(location, "what enters at \"" + to_string(location) + "\" is no force that a motion could make");
   const PlantFit trained = fit_plant(bare, {}, fitted, pieces.plant_solver, {kIterations, nullptr, false});
   const PlantFit tested = fit_plant(bare, {}, held_out, pieces.plant_solver, {kIterations, nullptr, false});
   if (trained.error.empty() || tested.error.empty()) return no_ceiling(location, "the plant cannot follow the drives");
@@ -203,7 +203,7 @@ Ceiling ceiling_of(const Plant& bare, const std::vector<FitRecord>& fitted, cons
 }  // namespace
 
 Ceiling ceiling_at(const std::vector<Plant>& bare, const std::vector<FitRecord>& fitted,
-                   const std::vector<FitRecord>& held_out, const std::string& location, const PlantFit& before,
+                   const std::vector<FitRecord>& held_out, const Place& location, const PlantFit& before,
                    const CeilingPieces& pieces, const ProfileOptions& noise, Random& random) {
   std::vector<Matrix> without;
   for (std::size_t i = 0; i < before.error.size(); ++i)

@@ -13,7 +13,7 @@ namespace wheelhop {
 
 /// Shares of the gap on the held-out records, 1 - (J_after - 1) / (J_before - 1), over the inner nine tenths of each.
 struct Ceiling {
-  std::string location;        ///< as asked for
+  Place location;              ///< as asked for
   std::string why_not;         ///< there is none; empty where there is one
   double signal = 0;           ///< any signal at the place, one a record
   double static_map = 0;       ///< a map f(x, v) of travel and rate there, fitted on the training records
@@ -44,7 +44,7 @@ struct CeilingPieces {
 /// @param noise how the noise lies over frequency
 /// Cost a plant: about twenty free runs a record, and the fit of the map to 3000 samples.
 Ceiling ceiling_at(const std::vector<Plant>& bare, const std::vector<FitRecord>& fitted,
-                   const std::vector<FitRecord>& held_out, const std::string& location, const PlantFit& before,
+                   const std::vector<FitRecord>& held_out, const Place& location, const PlantFit& before,
                    const CeilingPieces& pieces, const ProfileOptions& noise, Random& random);
 
 }  // namespace wheelhop

@@ -18,7 +18,7 @@ int telling_stage(const Examination& examination) {
 }
 
 Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, const NoiseFloor& floor,
-                    const Plant& bare, const std::string& place, const Solver& solver, const ExamineOptions& options,
+                    const Plant& bare, const Place& place, const Solver& solver, const ExamineOptions& options,
                     Random& random) {
   Examination out;
   out.sample_time_s = 1 / set.sampling_hz;

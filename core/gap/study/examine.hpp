@@ -49,7 +49,7 @@ struct ExamineOptions {
   double block_s = 2;
   Index draws = 2000;
   Index iterations = 12;
-  std::string ceiling = {};            ///< place whose ceilings are wanted; empty: of none
+  Place ceiling = {};                  ///< place whose ceilings are wanted; empty: of none
   const StaticMap* map = nullptr;      ///< two inputs, one output: the family of the static map; not null if they are
   const Solver* map_solver = nullptr;  ///< of that map
 };
@@ -59,7 +59,7 @@ struct ExamineOptions {
 /// Cost: four to seven simulations of the held-out records a stage, one of the fitted ones, and ceiling_at. UserError
 /// as fit_record.
 Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, const NoiseFloor& floor,
-                    const Plant& bare, const std::string& place, const Solver& solver, const ExamineOptions& options,
+                    const Plant& bare, const Place& place, const Solver& solver, const ExamineOptions& options,
                     Random& random);
 
 }  // namespace wheelhop

@@ -27,7 +27,7 @@ Matrix noise_of(const Matrix& shares, Index p, Index samples, Random& random) {
   return inverse_fft(spectrum, samples);
 }
 
-std::vector<std::string> in_order(std::vector<std::string> names) {
+std::vector<EffectAt> in_order(std::vector<EffectAt> names) {
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -67,7 +67,7 @@ Placebo placebo(const Diagnosis& diagnosis, const RecordSet& set, Index runs, st
   if (is_place(diagnosis.verdict)) result.why_not = "what is outside the catalogue cannot be simulated";
   if (is<Insufficient>(diagnosis.verdict)) result.why_not = "there is no answer to simulate";
   if (!result.why_not.empty()) return result;
-  std::vector<std::optional<std::vector<std::string>>> named(static_cast<std::size_t>(runs));
+  std::vector<std::optional<std::vector<EffectAt>>> named(static_cast<std::size_t>(runs));
   for_all(runs, [&](Index run) {
     Random random(seed, Stream::noise, static_cast<std::uint64_t>(run));
     const RecordSet simulated = simulated_records(diagnosis.plant, set, diagnosis.floor, random);
@@ -80,8 +80,8 @@ Placebo placebo(const Diagnosis& diagnosis, const RecordSet& set, Index runs, st
     }
     ++result.runs;
     if (in_order(*again) == in_order(diagnosis.verdict.named)) ++result.same;
-    if (again->empty()) ++result.names["none"];
-    for (const std::string& name : *again) ++result.names[name];
+    if (again->empty()) ++result.nothing;
+    for (const EffectAt& name : *again) ++result.names[name];
   }
   return result;
 }

@@ -21,8 +21,9 @@ RecordSet simulated_records(const Plant& plant, const RecordSet& set, const Nois
 struct Placebo {
   std::string why_not;  ///< nothing was simulated; empty otherwise
   Index runs = 0;
-  Index same = 0;                      ///< runs that name what the diagnosis names, all of it and nothing else
-  std::map<std::string, Index> names;  ///< how many runs name it; "none" where a run names nothing
+  Index same = 0;                   ///< runs that name what the diagnosis names, all of it and nothing else
+  Index nothing = 0;                ///< runs that name nothing
+  std::map<EffectAt, Index> names;  ///< how many runs name it
 };
 
 /// Calls work(i) for every i in [0, count), in any order, also several at once.

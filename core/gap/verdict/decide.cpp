@@ -22,7 +22,7 @@ struct Case {
 };
 
 std::vector<LocationProbability> locations_by(const Case& c, const std::vector<RankedCandidate>& ranked) {
-  std::vector<std::pair<std::string, double>> speaking;
+  std::vector<std::pair<Place, double>> speaking;
   for (const RankedCandidate& own : ranked) speaking.emplace_back(own.location, own.probability);
   return locations_of(speaking, c.thresholds.limit);
 }
@@ -65,7 +65,8 @@ Verdict refuted_parameter(const Case& c, const RankedCandidate& ranked) {
   verdict.suspects.front().probability *= 1 - c.thresholds.held;
   verdict.suspects.front().closure = c.evidence.freed[ranked.index].closure_of_retuned;
   const std::string out = others_out(c.evidence, c.evidence.freed[ranked.index], c.thresholds);
-  if (!out.empty()) verdict.message = ranked.effect + " at " + ranked.location + " would need " + out + " as well";
+  if (!out.empty())
+    verdict.message = fmt::format("{} at {} would need {} as well", ranked.effect, ranked.location, out);
   return verdict;
 }
 
@@ -74,13 +75,13 @@ Verdict refuted_parameter(const Case& c, const RankedCandidate& ranked) {
 void tell_component(const Case& c, const FreedEvidence& freed, Verdict& verdict) {
   if (freed.not_told_from.empty()) return;
   const auto& tolerances = c.evidence.tolerances;
-  const std::string& there = tolerances[freed.not_told_from.front()].location;
+  const Place& there = tolerances[freed.not_told_from.front()].location;
   std::string list;
-  std::vector<std::string> names;
+  std::vector<EffectAt> names;
   for (const std::size_t other : freed.not_told_from) {
     if (tolerances[other].location != there || there == tolerances[freed.tolerance].location) return;
     list += (list.empty() ? "" : ", ") + tolerances[other].parameter;
-    names.push_back(tolerances[other].effect + "@" + there);
+    names.push_back({tolerances[other].effect, there});
   }
   verdict.message = fmt::format(
       "the records tell {} only against {}: it may be right, and all that belongs to {} off by one factor instead; "
@@ -142,28 +143,27 @@ struct Level {
 
 /// What sets of effects say of locations: each counts for all of its effects. That of the effect named first leads.
 std::vector<LocationProbability> locations_of_sets(const Case& c, const std::vector<CandidateEvidence>& sets,
-                                                   const std::vector<RankedCandidate>& ranked,
-                                                   const std::string& first) {
-  std::vector<std::pair<std::string, double>> speaking;
+                                                   const std::vector<RankedCandidate>& ranked, const EffectAt& first) {
+  std::vector<std::pair<Place, double>> speaking;
   for (const RankedCandidate& own : ranked) {
-    std::set<std::string> places;
+    std::set<Place> places;
     for (const EffectEvidence& effect : sets[own.index].effects) places.insert(effect.location);
-    for (const std::string& place : places) speaking.emplace_back(place, own.probability);
+    for (const Place& place : places) speaking.emplace_back(place, own.probability);
   }
   std::vector<LocationProbability> locations = locations_of(speaking, c.thresholds.limit);
   const auto own = std::find_if(locations.begin(), locations.end(),
-                                [&](const auto& place) { return first.ends_with("@" + place.location); });
+                                [&](const auto& place) { return place.location == first.place; });
   if (own != locations.end()) std::rotate(locations.begin(), own, own + 1);
   return locations;
 }
 
 /// How probable an effect is, by name: that of all sets that hold it.
-std::map<std::string, double> probabilities_in_sets(const Case& c, const Level& level) {
-  std::map<std::string, double> told;
+std::map<EffectAt, double> probabilities_in_sets(const Case& c, const Level& level) {
+  std::map<EffectAt, double> told;
   for (const RankedCandidate& own : level.ranked) {
-    std::set<std::string> names;
+    std::set<EffectAt> names;
     for (const EffectEvidence& effect : level.sets[own.index].effects) names.insert(effect.name());
-    for (const std::string& name : names) told[name] += own.probability;
+    for (const EffectAt& name : names) told[name] += own.probability;
   }
   for (auto& [name, probability] : told) probability = std::min(probability, c.thresholds.limit);
   return told;
@@ -245,7 +245,7 @@ void name_effects(const Case& c, const Level& level, Verdict& verdict) {
   }
   verdict.locations = locations_of_sets(c, level.sets, level.ranked, verdict.named.front());
   // The probability of an effect is that of all sets that hold it. It replaces what the effect had alone.
-  const std::map<std::string, double> told = probabilities_in_sets(c, level);
+  const std::map<EffectAt, double> told = probabilities_in_sets(c, level);
   const auto next = verdict.suspects.begin() + static_cast<std::ptrdiff_t>(last);
   const Suspect added = suspect_of(set, set.effects[last], 0);
   verdict.suspects.erase(
@@ -310,7 +310,7 @@ Verdict doubted(const Case& c, const CandidateEvidence& answer, const RankedCand
   const std::string odd = effects > 1 ? "" : odd_size(c, last);
   // Held-out records that never reach the effect have no gap that could be closed.
   const bool reached = e.retuned.misfit > 1 + negligible(e, t);
-  const double too_little = is_path(place_from(last.location)) ? t.explains_well : t.surely_not;
+  const double too_little = is_path(last.location) ? t.explains_well : t.surely_not;
   const bool unexplained =
       explained < t.explains || (reached && explained < t.explains_well && answer.closure.high < too_little);
   if (!unexplained && !misplaced && odd.empty()) {
@@ -341,14 +341,14 @@ Verdict doubted(const Case& c, const CandidateEvidence& answer, const RankedCand
   if (misplaced)
     for (Suspect& suspect : verdict.suspects) suspect.probability *= 1 - t.held;
   if (odd.empty()) return verdict;
-  verdict.message = "it acts as " + last.effect + " would with " + odd;
+  verdict.message = fmt::format("it acts as {} would with {}", last.effect, odd);
   verdict.suspects.front().probability *= 1 - t.held;
   if (!(explained > t.explains_well)) return verdict;
   verdict.answer = AtPlace{};  // a law there does it, whatever its name
   verdict.row = "3a";
   verdict.why = "an effect explains the gap by a size that is not its own";
   verdict.locations = by_effects;
-  verdict.named = {"unknown@" + without_guide(last.location)};
+  verdict.named = {{"unknown", without_guide(last.location)}};
   return verdict;
 }
 
@@ -414,9 +414,8 @@ Verdict decide_effects(const Case& c, const std::vector<RankedCandidate>& ranked
 
 }  // namespace
 
-std::vector<LocationProbability> locations_of(const std::vector<std::pair<std::string, double>>& speaking,
-                                              double limit) {
-  std::map<std::string, double> sums;
+std::vector<LocationProbability> locations_of(const std::vector<std::pair<Place, double>>& speaking, double limit) {
+  std::map<Place, double> sums;
   for (const auto& [location, probability] : speaking) sums[location] += probability;
   std::vector<LocationProbability> list;
   for (const auto& [location, sum] : sums) list.push_back({location, std::min(sum, limit)});
@@ -433,12 +432,12 @@ Index rounding_seen(const Evidence& evidence, const Thresholds& thresholds) {
 
 Verdict decide_rounding(const Evidence& evidence, const Thresholds& thresholds, std::size_t lattice, Verdict verdict) {
   const LatticeEvidence& own = evidence.lattices[lattice];
-  const std::string location = "sensor:" + own.channel;
+  const Place location = sensor_place(own.channel);
   verdict.answer = Rounding{lattice};
   verdict.row = "1b";
   verdict.why = "a converter's rounding makes much of the noise floor";
   verdict.ambiguous_with.clear();
-  verdict.named = {"quantisation@" + location};
+  verdict.named = {{"quantisation", location}};
   verdict.locations = {{location, thresholds.rounding_seen}};
   verdict.suspects = {{"quantisation",
                        location,
@@ -446,7 +445,7 @@ Verdict decide_rounding(const Evidence& evidence, const Thresholds& thresholds, 
                        thresholds.rounding_seen,
                        evidence.retuned.misfit,
                        {},
-                       {{location + ".quantum", own.step, 0}}}};
+                       {{to_string(location) + ".quantum", own.step, 0}}}};
   return verdict;
 }
 

@@ -53,7 +53,6 @@ Index rounding_seen(const Evidence& evidence, const Thresholds& thresholds);
 /// The answer of rounding there.
 Verdict decide_rounding(const Evidence& evidence, const Thresholds& thresholds, std::size_t lattice, Verdict verdict);
 /// Locations by the sum of the probabilities that speak for each, at most `limit`, in descending order.
-std::vector<LocationProbability> locations_of(const std::vector<std::pair<std::string, double>>& speaking,
-                                              double limit);
+std::vector<LocationProbability> locations_of(const std::vector<std::pair<Place, double>>& speaking, double limit);
 
 }  // namespace wheelhop

@@ -18,18 +18,18 @@ Vector by_leftover(const std::vector<PlaceOrPair>& list, Index blocks, double li
 /// Two unknown signals, where one does not explain all channels.
 Verdict two_places(const Evidence& evidence, const Thresholds& thresholds, Verdict verdict) {
   const Vector p = by_leftover(evidence.place_pairs, evidence.retuned.blocks.size(), thresholds.limit);
-  std::vector<std::pair<std::string, double>> speaking;
+  std::vector<std::pair<Place, double>> speaking;
   for (std::size_t i = 0; i < evidence.place_pairs.size(); ++i)
-    for (const std::string& location : evidence.place_pairs[i].locations)
+    for (const Place& location : evidence.place_pairs[i].locations)
       speaking.emplace_back(without_guide(location), p(static_cast<Index>(i)));
   verdict.locations = locations_of(speaking, thresholds.limit);
   verdict.named.clear();
-  for (const std::string& location : evidence.place_pairs.front().locations) {
+  for (const Place& location : evidence.place_pairs.front().locations) {
     const auto own = std::find_if(verdict.locations.begin(), verdict.locations.end(),
                                   [&](const auto& other) { return other.location == without_guide(location); });
     const auto place = verdict.locations.begin() + static_cast<std::ptrdiff_t>(verdict.named.size());
     std::rotate(place, own, own + 1);
-    verdict.named.push_back("unknown@" + without_guide(location));
+    verdict.named.push_back({"unknown", without_guide(location)});
   }
   verdict.answer = AtTwoPlaces{};
   verdict.row = "4b";
@@ -38,14 +38,13 @@ Verdict two_places(const Evidence& evidence, const Thresholds& thresholds, Verdi
 }
 
 /// The entry whose motion explains most of the unknown signal, clearly more than that of the place's own name.
-std::string entry_of_motion(const Evidence& evidence, const Thresholds& thresholds, const std::string& place,
-                            const std::string& guide) {
+Place entry_of_motion(const Evidence& evidence, const Thresholds& thresholds, const Place& place, const Place& guide) {
   const auto own_share = [&] {
     for (const MotionShare& motion : evidence.motion)
       if (motion.at == place && motion.entry == place) return motion.share;
     return kUnknown;
   }();
-  std::string location = place;
+  Place location = place;
   double most = own_share;
   const auto weigh = [&](const MotionShare& motion) {
     const double share = motion.share;
@@ -58,8 +57,9 @@ std::string entry_of_motion(const Evidence& evidence, const Thresholds& threshol
   for (const MotionShare& motion : evidence.motion)
     if (!motion.entry.empty() && !motion.attached) weigh(motion);
   // What the travel of an element hardly explains is not its law; something on the mass moves by itself there.
-  const auto is_element = [&](const std::string& name) {
-    return std::find(evidence.elements.begin(), evidence.elements.end(), name) != evidence.elements.end();
+  const auto is_element = [&](const Place& where) {
+    return where.kind == PlaceKind::part &&
+           std::find(evidence.elements.begin(), evidence.elements.end(), where.name) != evidence.elements.end();
   };
   if (!guide.empty() && is_element(location) && most < thresholds.read) location = guide;
   for (const MotionShare& motion : evidence.motion)
@@ -89,29 +89,28 @@ Verdict decide_place(const Evidence& evidence, const Thresholds& thresholds, Ver
   }
   if (evidence.places_needed == 2) return two_places(evidence, thresholds, std::move(verdict));
   const PlaceLeftover& best = evidence.places.front();
-  std::string guide;
-  for (const std::string& entry : entries_of(best))
-    if (guide.empty() && place_from(entry).kind == PlaceKind::guide) guide = entry;
+  Place guide;
+  for (const Place& entry : entries_of(best))
+    if (guide.empty() && entry.kind == PlaceKind::guide) guide = entry;
   const bool nothing_moves_it = std::any_of(evidence.motion.begin(), evidence.motion.end(), [&](const auto& motion) {
     return motion.at == best.location && motion.entry.empty() && motion.share == 0;
   });
-  std::string& location = verdict.locations.front().location;
+  Place& location = verdict.locations.front().location;
   if (!guide.empty() && nothing_moves_it) {
     location = guide;  // a force from outside acts on a mass
     verdict.answer = Exogenous{};
     verdict.row = "4c";
     verdict.why = "a force on a mass that nothing that moves explains";
-    for (const std::string& entry : entries_of(best))
-      if (place_from(entry).kind == PlaceKind::actuator)
-        verdict.message = "noise of a measured drive would look the same";
-  } else if (place_from(location).kind != PlaceKind::sensor) {
+    for (const Place& entry : entries_of(best))
+      if (entry.kind == PlaceKind::actuator) verdict.message = "noise of a measured drive would look the same";
+  } else if (location.kind != PlaceKind::sensor) {
     location = entry_of_motion(evidence, thresholds, best.location, guide);
   }
   location = without_guide(location);
   const auto again = [&](const LocationProbability& other) { return other.location == location; };
   const auto others = verdict.locations.begin() + 1;
   verdict.locations.erase(std::remove_if(others, verdict.locations.end(), again), verdict.locations.end());
-  verdict.named = {(is<Exogenous>(verdict) ? "exogenous_force@" : "unknown@") + location};
+  verdict.named = {{is<Exogenous>(verdict) ? "exogenous_force" : "unknown", location}};
   if (evidence.places_needed == 1) return verdict;
   for (LocationProbability& place : verdict.locations)
     place.probability = std::min(place.probability, thresholds.doubt);

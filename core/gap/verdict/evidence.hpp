@@ -47,9 +47,9 @@ inline constexpr Closure kNothingAdded{0, kUnknown, kUnknown};
 
 /// A gross fault of an instrument, as the plant without it tells.
 struct InstrumentFault {
-  std::string effect;    ///< gain_error, bias or clock_skew
-  std::string location;  ///< "sensor:CHANNEL", "actuator" or "timebase"
-  double value = 0;      ///< of a gain: y ~ value * y_plant by least squares; of a bias in the unit of the channel
+  EffectId effect;   ///< gain_error, bias or clock_skew
+  Place location;    ///< of a channel, a drive or the clock
+  double value = 0;  ///< of a gain: y ~ value * y_plant by least squares; of a bias in the unit of the channel
   template <class V>
   void fields(V&& visit) {
     visit("effect", effect);
@@ -60,9 +60,9 @@ struct InstrumentFault {
 
 /// A place at which something unknown may act on the plant or on a record.
 struct PlaceLeftover {
-  std::string location;           ///< element, "guide:MASS" (mass to ground) or "sensor:CHANNEL"
-  std::vector<std::string> same;  ///< further locations that enter the same way: no record can tell them apart
-  double leftover = 0;            ///< what an unknown signal there leaves, over the noise: 1 where it explains all
+  Place location;           ///< an element, a guide or a sensor
+  std::vector<Place> same;  ///< further locations that enter the same way: no record can tell them apart
+  double leftover = 0;      ///< what an unknown signal there leaves, over the noise: 1 where it explains all
   template <class V>
   void fields(V&& visit) {
     visit("location", location);
@@ -71,15 +71,15 @@ struct PlaceLeftover {
   }
 };
 /// The names of all that enters as a signal at a place does.
-inline std::vector<std::string> entries_of(const PlaceLeftover& place) {
-  std::vector<std::string> entries = place.same;
+inline std::vector<Place> entries_of(const PlaceLeftover& place) {
+  std::vector<Place> entries = place.same;
   entries.insert(entries.begin(), place.location);
   return entries;
 }
 
 /// Two places, at each of which an unknown signal of its own may enter.
 struct PairLeftover {
-  std::array<std::string, 2> locations;
+  std::array<Place, 2> locations;
   double leftover = 0;  ///< as a single place's
   template <class V>
   void fields(V&& visit) {
@@ -104,15 +104,16 @@ struct NoiseEvidence {
 };
 
 /// True of effects that are a wrong value of the plant file: mass_error, stiffness_error, damping_error.
-bool is_parameter_error(const std::string& effect);
+bool is_parameter_error(const EffectId& effect);
 
 /// A parameter of the plant file after re-tuning inside the tolerances.
 struct ToleranceEvidence {
-  std::string parameter;         ///< full name in the plant
-  std::string effect, location;  ///< what an error of it is called, and where it stands
-  double theta = 0, std = 0;     ///< deviation from the plant file and its posterior standard deviation, in tolerances
-  double z = 0;                  ///< leave-prior-out z: deviation the data alone see, over its standard deviation
-  double influence = 0;          ///< RMS change of the residuals that its deviation makes, in units of the noise
+  std::string parameter;  ///< full name in the plant
+  EffectId effect;        ///< what an error of it is called
+  Place location;
+  double theta = 0, std = 0;  ///< deviation from the plant file and its posterior standard deviation, in tolerances
+  double z = 0;               ///< leave-prior-out z: deviation the data alone see, over its standard deviation
+  double influence = 0;       ///< RMS change of the residuals that its deviation makes, in units of the noise
   template <class V>
   void fields(V&& visit) {
     visit("parameter", parameter);
@@ -152,10 +153,12 @@ struct DefiningSize {
 };
 
 struct EffectEvidence {
-  std::string effect, location, form;
+  EffectId effect;
+  Place location;
+  std::string form;
   std::vector<FittedParameter> parameters;
   std::vector<DefiningSize> defining;
-  std::string name() const { return effect + "@" + location; }
+  EffectAt name() const { return {effect, location}; }
   template <class V>
   void fields(V&& visit) {
     visit("effect", effect);
@@ -278,8 +281,8 @@ struct LatticeEvidence {
 
 /// How much of the unknown signal at a place is a function of what moves at an entry.
 struct MotionShare {
-  std::string at;         ///< place whose unknown signal is asked about
-  std::string entry;      ///< whose motion it is compared with; empty: all that moves
+  Place at;               ///< place whose unknown signal is asked about
+  Place entry;            ///< whose motion it is compared with; empty: all that moves
   bool attached = false;  ///< the entry is an element that hangs on the guided mass `at`
   double share = 0;       ///< 0 ... 1; NaN where the signal cannot be reconstructed
   template <class V>

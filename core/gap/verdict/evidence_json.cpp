@@ -35,7 +35,8 @@ Json written(T& value) {
     return to_json(value);
   } else if constexpr (std::is_same_v<T, Vector>) {
     return std::vector<double>(value.begin(), value.end());
-  } else if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string>) {
+  } else if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string> || std::is_same_v<T, Place> ||
+                       std::is_same_v<T, EffectId>) {
     return value;
   } else {
     Writer writer;
@@ -67,6 +68,10 @@ void read(const JsonCursor& cursor, T& value) {
     value = static_cast<T>(cursor.integer(0));
   } else if constexpr (std::is_same_v<T, std::string>) {
     value = cursor.string();
+  } else if constexpr (std::is_same_v<T, Place>) {
+    value = place_from(cursor.string());
+  } else if constexpr (std::is_same_v<T, EffectId>) {
+    value = EffectId(cursor.string());
   } else if constexpr (std::is_same_v<T, Matrix>) {
     value = cursor.items().empty() ? Matrix() : matrix_from_json(cursor);
   } else if constexpr (std::is_same_v<T, Vector>) {

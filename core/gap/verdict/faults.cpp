@@ -11,7 +11,7 @@ std::string fault_message(const std::vector<InstrumentFault>& faults) {
   bool units = false;
   for (const InstrumentFault& fault : faults) {
     if (!list.empty()) list += ", ";
-    const Place place = place_from(fault.location);
+    const Place& place = fault.location;
     units = units || fault.effect == "gain_error";
     if (fault.effect == "clock_skew")
       list += fmt::format("the records run {:+.0f} ppm against the drive", 1e6 * fault.value);
@@ -39,7 +39,7 @@ Verdict with_correction(const Evidence& evidence, const Thresholds& thresholds, 
   const bool named = is<Effects>(verdict) || is<Parameters>(verdict) || is<Rounding>(verdict);
   std::vector<Suspect> faults;
   std::vector<LocationProbability> locations;
-  std::vector<std::string> names;
+  std::vector<EffectAt> names;
   for (const EffectEvidence& fault : correction.faults) {
     faults.push_back({fault.effect, fault.location, fault.form, thresholds.surest, evidence.retuned.misfit,
                       correction.closure, fault.parameters});

@@ -48,21 +48,17 @@ double log_sum_of_sets(const std::vector<RankedCandidate>& list, std::vector<std
 
 /// What an explanation shares with those that differ from it by the laws of instruments alone: the names of its other
 /// effects, and the places of instruments. Empty where it has no effect of an instrument.
-std::string beside_instruments(const RankedCandidate& own) {
-  const std::vector<std::string> names = own.set.empty() ? std::vector<std::string>{own.name()} : own.set;
-  std::vector<std::string> parts;
+std::vector<EffectAt> beside_instruments(const RankedCandidate& own) {
+  std::vector<EffectAt> parts = own.set.empty() ? std::vector<EffectAt>{own.name()} : own.set;
   bool any = false;
-  for (const std::string& name : names) {
-    const std::string location = name.substr(name.find('@'));
-    const bool of_instrument = is_path(place_from(location.substr(1)));
-    any = any || of_instrument;
-    parts.push_back(of_instrument ? location : name);
+  for (EffectAt& part : parts) {
+    if (!is_path(part.place)) continue;
+    any = true;
+    part.effect = {};
   }
-  if (!any) return "";
+  if (!any) return {};
   std::sort(parts.begin(), parts.end());
-  std::string key;
-  for (const std::string& part : parts) key += part + " ";
-  return key;
+  return parts;
 }
 
 }  // namespace
@@ -147,10 +143,10 @@ void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Th
            own.prior_chi2 / (2 * std::sqrt(temperature / weighing.dispersion)) + own.log_prior;
   };
   std::vector<double> odds;
-  std::map<std::string, std::vector<std::size_t>> groups;
+  std::map<std::vector<EffectAt>, std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < list.size(); ++i) {
     odds.push_back(log_odds(list[i], of_all));
-    if (const std::string key = beside_instruments(list[i]); !key.empty()) groups[key].push_back(i);
+    if (const std::vector<EffectAt> key = beside_instruments(list[i]); !key.empty()) groups[key].push_back(i);
   }
   for (const auto& [key, members] : groups) {
     std::vector<double> exact(list.size());
@@ -181,12 +177,11 @@ Vector probabilities_by_leftover(ConstVectorRef left, Index blocks, double limit
   return (p / p.sum()).cwiseMin(limit);
 }
 
-double leftover_ratio(const std::vector<PlaceLeftover>& places, const std::string& location) {
-  const Place wanted = place_from(location);
-  const auto matches = [&](const std::string& entry) {
-    const Place own = place_from(entry);
-    return own == wanted || (own.kind == PlaceKind::guide && own.name == location) ||
-           (wanted.kind == PlaceKind::timebase && own.kind == PlaceKind::actuator);  // its clock enters with the drive
+double leftover_ratio(const std::vector<PlaceLeftover>& places, const Place& location) {
+  const auto matches = [&](const Place& entry) {
+    return entry == location || without_guide(entry) == location ||
+           (location.kind == PlaceKind::timebase &&
+            entry.kind == PlaceKind::actuator);  // its clock enters with the drive
   };
   for (const PlaceLeftover& place : places)
     if (matches(place.location) || std::any_of(place.same.begin(), place.same.end(), matches))
@@ -265,7 +260,7 @@ bool worth_another(const Evidence& evidence, const CandidateEvidence& set, const
 }
 
 bool shares_place(const CandidateEvidence& set, std::size_t which) {
-  const std::string& place = set.effects[which].location;
+  const Place& place = set.effects[which].location;
   return std::count_if(set.effects.begin(), set.effects.end(),
                        [&](const EffectEvidence& other) { return other.location == place; }) > 1;
 }

@@ -26,15 +26,16 @@ Vector standing_out(ConstVectorRef theta, ConstMatrixRef covariance, double colo
 
 /// An explanation beside others: a candidate, or a parameter that is wrong.
 struct RankedCandidate {
-  std::string effect, location;
+  EffectId effect;
+  Place location;
   std::size_t index = 0;  ///< into the list of evidence that was ranked: singles, pairs, larger, or freed
   bool is_parameter = false;
   double chi2 = 0;
   double prior_chi2 = 0;  ///< of that, the squared priors of the parameters
   double log_prior = 0;   ///< log of its prior probability, up to a constant
   double probability = 0;
-  std::vector<std::string> set = {};  ///< names of all effects of a set, in alphabetical order; empty: its own alone
-  std::string name() const { return effect + "@" + location; }
+  std::vector<EffectAt> set = {};  ///< all effects of a set, in order; empty: its own alone
+  EffectAt name() const { return {effect, location}; }
 };
 
 /// One a candidate, under the name of the last of its effects. Not yet ranked.
@@ -74,7 +75,7 @@ Vector probabilities_by_leftover(ConstVectorRef left, Index blocks, double limit
 inline constexpr double kNothingLeft = 1e-3;
 
 /// What an unknown signal at a location leaves, over what it leaves at the best place; 1 where it is not known.
-double leftover_ratio(const std::vector<PlaceLeftover>& places, const std::string& location);
+double leftover_ratio(const std::vector<PlaceLeftover>& places, const Place& location);
 
 /// Singles and, where it may be so, wrong parameters, ranked.
 struct Contest {

@@ -4,7 +4,7 @@
 
 namespace wheelhop {
 
-bool is_parameter_error(const std::string& effect) {
+bool is_parameter_error(const EffectId& effect) {
   return effect == "mass_error" || effect == "stiffness_error" || effect == "damping_error";
 }
 

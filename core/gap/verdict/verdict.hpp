@@ -43,16 +43,18 @@ using Answer =
 
 /// An effect or a parameter that was considered in full.
 struct Suspect {
-  std::string effect, location, form;
+  EffectId effect;
+  Place location;
+  std::string form;
   double probability = 0;
   double misfit = 0;  ///< reduced chi-square, held out
   Closure closure;    ///< of what re-tuning leaves; of a parameter: of the gap as delivered
   std::vector<FittedParameter> parameters;
-  std::string name() const { return effect + "@" + location; }
+  EffectAt name() const { return {effect, location}; }
 };
 
 struct LocationProbability {
-  std::string location;
+  Place location;
   double probability = 0;
 };
 
@@ -62,10 +64,10 @@ struct Verdict {
   std::string row;  ///< of the decision table that gave it, as "4a"
   std::string why;  ///< that row in words
   std::string message;
-  std::vector<std::string> named;              ///< "effect@location", most sure first; "unknown@location" of a place
+  std::vector<EffectAt> named;                 ///< most sure first; of a place alone the effect is "unknown"
   std::vector<Suspect> suspects;               ///< the named ones first, then by probability
   std::vector<LocationProbability> locations;  ///< most probable first
-  std::vector<std::string> ambiguous_with;     ///< effects that are probable enough to be told beside the answer
+  std::vector<EffectAt> ambiguous_with;        ///< effects that are probable enough to be told beside the answer
 };
 
 /// "none", "parameter", "effect", "several", "located_not_in_catalogue", "exogenous", "ambiguous" or "insufficient".

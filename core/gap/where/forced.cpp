@@ -11,13 +11,14 @@
 
 namespace wheelhop {
 
-ForcedPlant force_at(const PlantFit& fit, const std::vector<FitRecord>& records, const std::string& location,
+ForcedPlant force_at(const PlantFit& fit, const std::vector<FitRecord>& records, const Place& location,
                      const std::vector<Vector>& forces) {
   ForcedPlant forced;
   ForcePlace place;
   force_place_of(fit.plant, location, place);
   forced.fit.plant = plant_with_force(fit.plant, place);
-  forced.fit.plant.elements.push_back({location + " motion", place.from, place.to, {{find_law("linear_spring"), {0}}}});
+  forced.fit.plant.elements.push_back(
+      {to_string(location) + " motion", place.from, place.to, {{find_law("linear_spring"), {0}}}});
   forced.fit.initial_states = fit.initial_states;
   for (std::size_t i = 0; i < records.size(); ++i) {
     FitRecord record = records[i];
@@ -73,7 +74,7 @@ double inner_misfit(const std::vector<Matrix>& residuals) {
 }
 
 ForceReconstruction reconstruct_force(const PlantFit& fit, const std::vector<FitRecord>& records,
-                                      const std::string& location) {
+                                      const Place& location) {
   ForceReconstruction best;
   PlantFit rest = fit;
   double misfit = std::numeric_limits<double>::infinity();

@@ -22,7 +22,7 @@ struct ForcedPlant {
 
 /// @param fit of `records`   @param location as unknown_signal, a place of the plant   @param forces one a record, N
 /// [N], signs as there
-ForcedPlant force_at(const PlantFit& fit, const std::vector<FitRecord>& records, const std::string& location,
+ForcedPlant force_at(const PlantFit& fit, const std::vector<FitRecord>& records, const Place& location,
                      const std::vector<Vector>& forces);
 
 /// (yhat - y) over the noise, p x K a record, K the scored samples; empty where the plant does not follow.
@@ -47,6 +47,6 @@ struct ForceReconstruction {
 /// unknown_signal, and again of what it leaves as long as that pays: its linear plant does not know how stiff the
 /// moving one is. @param fit, records, location as force_at
 ForceReconstruction reconstruct_force(const PlantFit& fit, const std::vector<FitRecord>& records,
-                                      const std::string& location);
+                                      const Place& location);
 
 }  // namespace wheelhop

@@ -59,11 +59,11 @@ bool enter_alike(const LinearPlant& a, const LinearPlant& b, double highest_hz) 
 }
 
 /// True of an accelerometer that feels a force at a place directly.
-bool feels(const Plant& plant, const std::string& sensor, const std::string& location) {
+bool feels(const Plant& plant, const Place& sensor, const Place& location) {
   ForcePlace place;
   if (!force_place_of(plant, location, place)) return false;
   return std::any_of(plant.sensors.begin(), plant.sensors.end(), [&](const Sensor& own) {
-    return "sensor:" + own.name == sensor && own.kind == SensorKind::acceleration &&
+    return sensor == sensor_place(own.name) && own.kind == SensorKind::acceleration &&
            (own.to == place.from || own.to == place.to);
   });
 }
@@ -73,11 +73,11 @@ std::vector<Entry> all_entries(const PlantFit& fit, const std::vector<FitRecord>
   const double highest_hz = 0.4 * plant.hold_hz() / static_cast<double>(records.front().ratio);
   std::vector<Entry> entries;
   for (std::size_t j = 0; j < plant.sensors.size(); ++j)
-    entries.push_back({{"sensor:" + plant.sensors[j].name, {}, 0}, static_cast<Index>(j), {}});
-  const auto known = [](const PlaceLeftover& place, const std::string& location) {
+    entries.push_back({{sensor_place(plant.sensors[j].name), {}, 0}, static_cast<Index>(j), {}});
+  const auto known = [](const PlaceLeftover& place, const Place& location) {
     return place.location == location || std::find(place.same.begin(), place.same.end(), location) != place.same.end();
   };
-  const auto add = [&](const ForcePlace& place, const std::string& location) {
+  const auto add = [&](const ForcePlace& place, const Place& location) {
     Entry entry{{location, {}, 0}, -1, linearise_with_force(fit, place)};
     if (entry.linear.A.size() == 0) return;
     for (Entry& other : entries)
@@ -88,13 +88,13 @@ std::vector<Entry> all_entries(const PlantFit& fit, const std::vector<FitRecord>
     entries.push_back(std::move(entry));
   };
   for (const Element& element : plant.elements) {
-    const std::string location = location_of(element);
+    const Place location = location_of(element);
     add({element.from, element.to, element.name}, location);
     for (const PlantInput& input : plant.inputs)
       if (!entries.empty() && entries.back().place.location == location && drives(input, element))
         entries.back().place.same.push_back(actuator_of(plant, input));
   }
-  for (const Mass& mass : plant.masses) add({"ground", mass.name}, kGuide + mass.name);
+  for (const Mass& mass : plant.masses) add({"ground", mass.name}, guide_place(mass.name));
   return entries;
 }
 
@@ -302,7 +302,7 @@ Located locate_needed(const PlantFit& fit, const std::vector<FitRecord>& records
   const PairLeftover& pair = located.pairs.front();
   if (!explains_all(pair.leftover, fit.misfit) || pair.leftover - 1 > kHalved * (best.leftover - 1)) return located;
   // Of a force that jumps within a sample the accelerometers upon it show what no force held over samples does.
-  const auto of_best = [&](const std::string& location) {
+  const auto of_best = [&](const Place& location) {
     return location == best.location || feels(fit.plant, location, best.location);
   };
   located.needed = of_best(pair.locations[0]) && of_best(pair.locations[1]) ? 1 : 2;
@@ -310,7 +310,7 @@ Located locate_needed(const PlantFit& fit, const std::vector<FitRecord>& records
 }
 
 UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& records, std::size_t i,
-                             const std::string& location) {
+                             const Place& location) {
   UnknownSignal result;
   result.location = location;
   const FitRecord& record = records[i];
@@ -320,7 +320,7 @@ UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& 
   const auto scored_rms = [&] { return result.value.tail(kept).norm() / std::sqrt(static_cast<double>(kept)); };
   for (Index j = 0; j < fit.plant.sensor_count(); ++j) {
     const Sensor& sensor = fit.plant.sensors[static_cast<std::size_t>(j)];
-    if (location != "sensor:" + sensor.name) continue;
+    if (location != sensor_place(sensor.name)) continue;
     result.status = Status::ok;
     result.unit = sensor.unit;
     result.value.tail(kept) = -fit.error[i].row(j).tail(kept).transpose();
@@ -333,7 +333,7 @@ UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& 
   const LinearPlant linear =
       force_place_of(fit.plant, location, place) ? linearise_with_force(fit, place) : LinearPlant{};
   if (linear.A.size() == 0) {
-    result.message = "no force stands for the place \"" + location + "\"";
+    result.message = "no force stands for the place \"" + to_string(location) + "\"";
     return result;
   }
   Matrix z = Matrix::Zero(record.y.rows(), 2 * N);
@@ -351,7 +351,7 @@ UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& 
   const ComplexMatrix f = divide_out(linear, weight, fft(z), used, line_hz, static_cast<double>(kept), noise_power);
   if (!(f.squaredNorm() > 0)) {
     result.status = Status::rank_deficient;
-    result.message = "no channel tells a force at \"" + location + "\" from noise";
+    result.message = "no channel tells a force at \"" + to_string(location) + "\" from noise";
     return result;
   }
   // A force input pushes its second node away from the first, a law pulls it near.

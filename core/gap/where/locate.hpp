@@ -55,7 +55,7 @@ Located locate_needed(const PlantFit& fit, const std::vector<FitRecord>& records
 struct UnknownSignal {
   Status status = Status::unavailable;
   std::string message;
-  std::string location;  ///< as asked for
+  Place location;        ///< as asked for
   std::string unit;      ///< "N", of a sensor that of its channel
   Vector value;          ///< N, in time with the record; 0 in the leading samples that are not scored
   double rms = 0;        ///< over the scored samples
@@ -77,6 +77,6 @@ struct UnknownSignal {
 /// Status: unavailable if the plant has no such place; rank_deficient if no channel sees a force there. Cost: one
 /// transform and a solution of the linear plant a frequency.
 UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& records, std::size_t i,
-                             const std::string& location);
+                             const Place& location);
 
 }  // namespace wheelhop

@@ -27,7 +27,7 @@ bool drives(const PlantInput& input, const Element& element) {
   return input.kind == InputKind::displacement && (input.name == element.from || input.name == element.to);
 }
 
-bool force_place_of(const Plant& plant, const std::string& location, ForcePlace& place) {
+bool force_place_of(const Plant& plant, const Place& location, ForcePlace& place) {
   for (const Element& element : plant.elements) {
     const bool driven = std::any_of(plant.inputs.begin(), plant.inputs.end(), [&](const PlantInput& input) {
       return drives(input, element) && actuator_of(plant, input) == location;
@@ -37,7 +37,7 @@ bool force_place_of(const Plant& plant, const std::string& location, ForcePlace&
     return true;
   }
   for (const Mass& mass : plant.masses)
-    if (location == kGuide + mass.name) {
+    if (location == guide_place(mass.name)) {
       place = {"ground", mass.name};
       return true;
     }

@@ -20,7 +20,7 @@ struct ForcePlace {
 };
 
 /// The force that a place's name (as of Place) stands for; false if it stands for none.
-bool force_place_of(const Plant& plant, const std::string& location, ForcePlace& place);
+bool force_place_of(const Plant& plant, const Place& location, ForcePlace& place);
 
 /// The plant with one more input, the last: a force, -u on `from` and +u on `to`. A drive's node stands still for a
 /// force, as the ground does; no input is added where none of the two ends can move and no sensor reads the element.

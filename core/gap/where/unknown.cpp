@@ -31,15 +31,14 @@ struct Moved {
 
 /// What a law at a place reads: its element's travel, the position of a guided mass, the drive of an actuator; of the
 /// empty name all of these.
-std::vector<Moved> moved_at(const Plant& plant, const FitRecord& record, const Trajectory& motion,
-                            const std::string& entry) {
+std::vector<Moved> moved_at(const Plant& plant, const FitRecord& record, const Trajectory& motion, const Place& entry) {
   std::vector<Moved> list;
-  const auto wanted = [&](const std::string& name) { return entry.empty() || entry == name; };
+  const auto wanted = [&](const Place& place) { return entry.empty() || entry == place; };
   for (std::size_t e = 0; e < plant.elements.size(); ++e)
     if (const auto row = static_cast<Index>(e); wanted(location_of(plant.elements[e])))
       list.push_back({motion.travel.row(row), motion.rate.row(row)});
   for (std::size_t i = 0; i < plant.masses.size(); ++i)
-    if (const auto row = static_cast<Index>(i); wanted(kGuide + plant.masses[i].name))
+    if (const auto row = static_cast<Index>(i); wanted(guide_place(plant.masses[i].name)))
       list.push_back({motion.position.row(row), motion.velocity.row(row)});
   const Matrix drive = decimate(apply_drive_paths(plant, record.drive, 0), record.ratio);
   for (std::size_t i = 0; i < plant.inputs.size(); ++i)
@@ -173,8 +172,8 @@ Vector left_across_halves(const Matrix& features, const Matrix& signals, double 
 
 }  // namespace
 
-double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& records, const std::string& location,
-                           const std::string& entry) {
+double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& records, const Place& location,
+                           const Place& entry) {
   const std::vector<Trajectory> motion = trajectories(fit, records);
   const double sampling_hz = fit.plant.hold_hz() / static_cast<double>(records.front().ratio);
   double locally = 0;
@@ -212,22 +211,22 @@ std::vector<MotionShare> motion_shares(const PlantFit& fit, const std::vector<Fi
                                        const std::vector<PlaceLeftover>& places, double near) {
   std::vector<MotionShare> shares;
   if (places.empty()) return shares;
-  const std::string& best = places.front().location;
-  const auto ask = [&](const std::string& at, const std::string& entry, bool attached) {
+  const Place& best = places.front().location;
+  const auto ask = [&](const Place& at, const Place& entry, bool attached) {
     const auto asked = [&](const MotionShare& other) {
       return other.at == at && other.entry == entry && other.attached == attached;
     };
     if (std::none_of(shares.begin(), shares.end(), asked))
       shares.push_back({at, entry, attached, explained_by_states(fit, records, at, entry)});
   };
-  if (place_from(best).kind == PlaceKind::sensor) return shares;  // a sensor's error is no function of what moves
-  ask(best, "", false);
+  if (best.kind == PlaceKind::sensor) return shares;  // a sensor's error is no function of what moves
+  ask(best, {}, false);
   for (const PlaceLeftover& place : places)
     if (place.leftover <= near * places.front().leftover)
-      for (const std::string& entry : entries_of(place)) ask(place.location, entry, false);
-  if (place_from(best).kind == PlaceKind::guide)
+      for (const Place& entry : entries_of(place)) ask(place.location, entry, false);
+  if (best.kind == PlaceKind::guide)
     for (const Element& element : fit.plant.elements)
-      if (kGuide + element.from == best || kGuide + element.to == best) ask(best, element.name, true);
+      if (element.from == best.name || element.to == best.name) ask(best, part_place(element.name), true);
   return shares;
 }
 

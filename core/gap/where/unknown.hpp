@@ -23,8 +23,8 @@ namespace wheelhop {
 /// @param fit of fit_plant over `records`   @param location as in locate
 /// @param entry a name among those that enter in the same way there, to ask how far what it alone reads explains the
 /// signal; empty: everything that moves
-double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& records, const std::string& location,
-                           const std::string& entry = "");
+double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& records, const Place& location,
+                           const Place& entry = {});
 
 /// What the motion of everything that may be at work explains of the unknown signals at the best places: for the best
 /// place all that moves; for every place near to it each name that enters there alike; and, where the best place is a

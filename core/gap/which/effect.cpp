@@ -19,7 +19,8 @@ std::string renamed(const std::string& name, const std::string& law, const std::
 }  // namespace
 
 std::optional<EffectCandidate> in_plant(const EffectCandidate& candidate, const Plant& plant) {
-  if (!candidate.apply) throw std::invalid_argument("in_plant: " + name_of(candidate) + " has no form to apply");
+  if (!candidate.apply)
+    throw std::invalid_argument("in_plant: " + to_string(name_of(candidate)) + " has no form to apply");
   std::optional<Applied> applied = candidate.apply(plant);
   if (!applied) return std::nullopt;
   EffectCandidate there = candidate;
@@ -47,11 +48,9 @@ double Plausible::deviation(double value) const {
   return (std::log(std::max(std::abs(value - ideal), 1e-300)) - middle) / spread;
 }
 
-std::string name_of(const EffectCandidate& candidate) { return name_of(candidate, candidate.label()); }
+EffectAt name_of(const EffectCandidate& candidate) { return name_of(candidate, candidate.label()); }
 
-std::string name_of(const EffectCandidate& candidate, const Label& label) {
-  return label.effect + "@" + candidate.location;
-}
+EffectAt name_of(const EffectCandidate& candidate, const Label& label) { return {label.effect, candidate.location}; }
 
 bool same_form(const EffectCandidate& a, const EffectCandidate& b) {
   if (a.location != b.location) return false;

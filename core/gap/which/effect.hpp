@@ -32,7 +32,7 @@ struct FormWords {
 /// What a model form is called. One form may have several labels: a law that yields is friction where it yields soon,
 /// and hysteresis where it yields late. It is fitted once, and its fitted sizes say how well each label suits it.
 struct Label {
-  std::string effect;                     ///< id of the effect, as the name of a family
+  EffectId effect;                        ///< the family
   std::string form;                       ///< the form, in words of that effect; with `words` one that names both
   std::vector<Plausible> plausible = {};  ///< sizes that go by this label
   std::optional<FormWords> words = {};
@@ -56,8 +56,8 @@ using ModelForm = std::function<std::optional<Applied>(const Plant&)>;
 
 /// One model form at one place: the plant with it, ready to be simulated and fitted.
 struct EffectCandidate {
-  std::vector<Label> labels;             ///< one or more; the first one is that of the family which offers the form
-  std::string location;                  ///< element, mass, "guide:MASS", "actuator", "sensor:CHANNEL" or "timebase"
+  std::vector<Label> labels;  ///< one or more; the first one is that of the family which offers the form
+  Place location;
   Plant plant;                           ///< the plant asked about, with the effect at a typical size
   std::vector<FitParameter> parameters;  ///< what a fit moves; the first is the strength. None: nothing to fit
   double ideal = 0;                      ///< strength at which the effect vanishes
@@ -78,10 +78,10 @@ struct EffectCandidate {
 /// damping. None as of its form. std::invalid_argument if it has no `apply`.
 std::optional<EffectCandidate> in_plant(const EffectCandidate& candidate, const Plant& plant);
 
-/// "effect@location" by the first label of a candidate, as effects are named in files and to users.
-std::string name_of(const EffectCandidate& candidate);
+/// What a candidate is called by its first label.
+EffectAt name_of(const EffectCandidate& candidate);
 /// The same by any of its labels.
-std::string name_of(const EffectCandidate& candidate, const Label& label);
+EffectAt name_of(const EffectCandidate& candidate, const Label& label);
 
 /// True if two candidates are one model form at one place: they share a label. The sizes they start at may differ.
 bool same_form(const EffectCandidate& a, const EffectCandidate& b);

@@ -96,8 +96,10 @@ void keep_best(double share, std::vector<Hypothesis>& list) {
 
 /// True of an element or mass that an effect has put into a plant, and of such a mass's guide: no place of the user's.
 /// The guide of one of the user's masses is, whoever put an element there.
-bool added(const Plant& nominal, const Plant& plant, const std::string& location) {
-  const auto named = [&](const auto& part) { return part.name == location || kGuide + part.name == location; };
+bool added(const Plant& nominal, const Plant& plant, const Place& location) {
+  const auto named = [&](const auto& part) {
+    return location == part_place(part.name) || location == guide_place(part.name);
+  };
   return std::any_of(plant.elements.begin() + static_cast<std::ptrdiff_t>(nominal.elements.size()),
                      plant.elements.end(), named) ||
          std::any_of(plant.masses.begin() + static_cast<std::ptrdiff_t>(nominal.masses.size()), plant.masses.end(),
@@ -188,10 +190,10 @@ std::vector<Hypothesis> extend(const Study& study, const Hypothesis& base, const
            });
   };
   std::vector<Screened> shortlist;
-  std::map<std::string, Index> forms;
+  std::map<EffectAt, Index> forms;
   for (const Screened& screened : screen(around, study.data.fitted, candidates, known, found)) {
     if (!candidates[screened.candidate].refines.empty() || moved_by(base, candidates[screened.candidate])) continue;
-    const std::string name = name_of(candidates[screened.candidate]);
+    const EffectAt name = name_of(candidates[screened.candidate]);
     if (static_cast<Index>(shortlist.size()) >= options.shortlist || !(screened.gain > 0)) break;
     if (shortlist.empty() && 2 * screened.gain < options.least) break;
     if (!shortlist.empty() && screened.gain < options.worth * shortlist.front().gain) break;
@@ -217,15 +219,13 @@ std::vector<Hypothesis> fit_shortlist(const Study& study, const Hypothesis& base
   return list;
 }
 
-bool refine(const Study& study, const Hypothesis& base, const std::vector<std::string>& names, double share,
+bool refine(const Study& study, const Hypothesis& base, const std::vector<EffectAt>& names, double share,
             std::vector<Hypothesis>& list) {
   Operation operation;
   if (list.empty() || !operation_of(base.fit.plant, study.data.fitted, base.fit.initial_states, operation))
     return false;
   const std::vector<EffectCandidate> candidates = study.candidates(base.fit.plant, operation);
-  const auto wanted = [&](const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
+  const auto wanted = [&](const EffectAt& name) { return std::find(names.begin(), names.end(), name) != names.end(); };
   std::vector<Hypothesis> better;
   for (Hypothesis& coarse : list) {
     EffectCandidate& known = coarse.effects.back();
@@ -233,7 +233,7 @@ bool refine(const Study& study, const Hypothesis& base, const std::vector<std::s
     for (const Label& label : known.labels) {
       Hypothesis best;
       for (const EffectCandidate& candidate : candidates) {
-        const std::string name = name_of(candidate);
+        const EffectAt name = name_of(candidate);
         if (!wanted(name) || name != name_of(known, label) || candidate.refines != label.form) continue;
         Hypothesis finer = refined(study, base, coarse, candidate);
         if (!finer.fit.error.empty() && finer.chi2 < best.chi2) best = std::move(finer);

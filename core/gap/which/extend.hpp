@@ -41,7 +41,7 @@ std::vector<Hypothesis> fit_shortlist(const Study& study, const Hypothesis& base
 /// and leaves the list when it has none left.
 /// @param base of all in the list   @param names "effect@location"   @param list in any order, on return by chi2
 /// @return true if one did. Cost: some patient fits a form.
-bool refine(const Study& study, const Hypothesis& base, const std::vector<std::string>& names, double share,
+bool refine(const Study& study, const Hypothesis& base, const std::vector<EffectAt>& names, double share,
             std::vector<Hypothesis>& list);
 
 /// Fits the best of a list of quick fits on to the end, by the thorough solver. Those that lie far behind the first,

@@ -25,7 +25,7 @@ constexpr Index kPieces[] = {1, 4, 16}, kPiecesOfBlock = 4;
 constexpr Index kRounds = 2;  // a judgement: a fit in pieces may take so many times a study's iterations
 
 /// The element at a location; null if there is none yet.
-const Element* element_at(const Plant& plant, const std::string& location) {
+const Element* element_at(const Plant& plant, const Place& location) {
   for (const Element& element : plant.elements)
     if (location_of(element) == location) return &element;
   return nullptr;
@@ -82,10 +82,10 @@ struct OfPlace {
   std::vector<std::size_t> number;
 };
 
-OfPlace tolerances_at(const Study& study, const std::string& location) {
+OfPlace tolerances_at(const Study& study, const Place& location) {
   OfPlace out;
   for (const PlantParameter& known : plant_parameters(study.nominal)) {
-    if (known.location != location) continue;
+    if (known.handle.place != location) continue;
     for (std::size_t i = 0; i < study.tolerances.size(); ++i)
       if (study.tolerances[i].name == known.name) {
         out.parameters.push_back(study.tolerances[i]);
@@ -281,8 +281,8 @@ std::vector<InitialState> fit_in_pieces(const Study& study, const EffectCandidat
 
 }  // namespace
 
-ForceScreened screen_by_force(const Study& study, const PlantFit& home, const PlantFit& retuned,
-                              const std::string& location, const ForceScreenOptions& options) {
+ForceScreened screen_by_force(const Study& study, const PlantFit& home, const PlantFit& retuned, const Place& location,
+                              const ForceScreenOptions& options) {
   ForceScreened out;
   ForcePlace place;
   Operation operation;
@@ -316,7 +316,7 @@ ForceScreened screen_by_force(const Study& study, const PlantFit& home, const Pl
   for (std::size_t e = 0; e < base.plant.elements.size(); ++e)
     if (location_of(base.plant.elements[e]) == location) sized_by(known_force.motion, operation.elements[e]);
   for (std::size_t i = 0; i < base.plant.masses.size(); ++i)
-    if (kGuide + base.plant.masses[i].name == location) sized_by(known_force.motion, operation.guides[i]);
+    if (location == guide_place(base.plant.masses[i].name)) sized_by(known_force.motion, operation.guides[i]);
   std::vector<EffectCandidate> candidates = study.candidates(base.plant, operation);
   std::erase_if(candidates, [&](const EffectCandidate& candidate) {
     return candidate.location != location || !candidate.refines.empty() || candidate.parameters.empty() ||

@@ -39,7 +39,7 @@ struct ForceScreenOptions {
 /// @param location of an element or guide   @return nothing where no force can be reconstructed there
 /// Cost: a reconstruction (`reconstruct_force`), a simulation of one element a candidate and record, some fits of one
 /// element, and those of the plant.
-ForceScreened screen_by_force(const Study& study, const PlantFit& home, const PlantFit& retuned,
-                              const std::string& location, const ForceScreenOptions& options);
+ForceScreened screen_by_force(const Study& study, const PlantFit& home, const PlantFit& retuned, const Place& location,
+                              const ForceScreenOptions& options);
 
 }  // namespace wheelhop

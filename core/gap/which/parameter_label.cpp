@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <stdexcept>
 #include <string_view>
 
 #include "core/base/status.hpp"
@@ -22,40 +23,44 @@ std::array<double, 2> slopes_at(const Plant& plant, double x, double v) {
   return sum;
 }
 
-struct ErrorOf {
-  std::string_view part;    ///< of a parameter's name
-  std::string_view effect;  ///< id
+struct Word {
+  std::string_view of;
+  const char* effect;
 };
 
-/// Masses, loads, parameters of drive and sensor paths, and of laws with a memory, which have no slopes at rest.
-constexpr ErrorOf kNamed[] = {{"load:", "load"},
-                              {"mass_kg", "mass_error"},
-                              {".gain", "gain_error"},
-                              {".crosstalk", "crosstalk"},
-                              {".offset", "bias"},
-                              {".bias", "bias"},
-                              {".drift", "drift"},
-                              {".quantum", "quantisation"},
-                              {".delay_s", "time_delay"},
-                              {".sampling_phase", "time_delay"},
-                              {".high_pass_hz", "high_pass"},
-                              {".rate_limit", "rate_limit"},
-                              {".saturation", "saturation"},
-                              {".clock_skew", "clock_skew"},
-                              {".bouc_wen", "hysteresis"},
-                              {".maxwell_branch", "series_compliance"},
-                              {".damper_mount", "series_compliance"},
-                              {".cavitating_damper", "cavitation"},
-                              {".fading_damper", "damper_fade"},
-                              {".inerter", "inertance"}};
+/// Numbers of drive and sensor paths, by what they begin with.
+constexpr Word kOfPaths[] = {{"gain", "gain_error"},
+                             {"crosstalk.", "crosstalk"},
+                             {"offset", "bias"},
+                             {"bias", "bias"},
+                             {"drift", "drift"},
+                             {"quantum", "quantisation"},
+                             {"delay_s", "time_delay"},
+                             {"sampling_phase", "time_delay"},
+                             {"high_pass_hz", "high_pass"},
+                             {"rate_limit", "rate_limit"},
+                             {"saturation", "saturation"}};
 
-/// What an error of a parameter is called: what it changes at rest, or how it bends a law away from there.
-std::string error_id(const Plant& plant, const PlantParameter& parameter) {
+/// Laws whose error has one name, whichever of their numbers is wrong: those with a memory, which have no slopes at
+/// rest, and those that move it.
+constexpr Word kOfLaws[] = {
+    {"bouc_wen", "hysteresis"},          {"maxwell_branch", "series_compliance"}, {"damper_mount", "series_compliance"},
+    {"cavitating_damper", "cavitation"}, {"fading_damper", "damper_fade"},        {"inerter", "inertance"},
+    {"rest_offset", "static_offset"}};
+
+EffectId error_of_path(const ParameterHandle& handle) {
+  if (handle.number.starts_with("lag."))
+    return handle.owner == ParameterOwner::sensor_path ? "sensor_lag" : "actuator_lag";
+  for (const Word& word : kOfPaths)
+    if (handle.number.starts_with(word.of)) return word.effect;
+  throw std::logic_error("an error of the path's " + handle.number + " has no name");
+}
+
+/// What a wrong number of a law changes at rest, or how it bends the law away from there.
+EffectId error_of_law(const Plant& plant, const PlantParameter& parameter) {
+  for (const Word& word : kOfLaws)
+    if (parameter.handle.law->name == word.of) return word.effect;
   constexpr double away = 1e-3;  // m, m/s
-  if (parameter.name.find(".lag.") != std::string::npos)
-    return place_from(parameter.location).kind == PlaceKind::sensor ? "sensor_lag" : "actuator_lag";
-  for (const ErrorOf& named : kNamed)
-    if (parameter.name.find(named.part) != std::string::npos) return std::string(named.effect);
   Plant moved = plant;
   set_parameter(moved, parameter.name, 1.1 * parameter.value);
   const auto rest = slopes_at(plant, 0, 0), moved_rest = slopes_at(moved, 0, 0);
@@ -66,6 +71,16 @@ std::string error_id(const Plant& plant, const PlantParameter& parameter) {
   return there[1] != moved_there[1] ? "damper_nonlinearity" : "stiffness_error";
 }
 
+EffectId error_id(const Plant& plant, const PlantParameter& parameter) {
+  switch (parameter.handle.owner) {
+    case ParameterOwner::mass: return "mass_error";
+    case ParameterOwner::load: return "load";
+    case ParameterOwner::clock: return "clock_skew";
+    case ParameterOwner::law: return error_of_law(plant, parameter);
+    default: return error_of_path(parameter.handle);
+  }
+}
+
 }  // namespace
 
 ParameterLabel label_of(const Plant& plant, const std::string& parameter) {
@@ -73,7 +88,7 @@ ParameterLabel label_of(const Plant& plant, const std::string& parameter) {
   const auto known = std::find_if(parameters.begin(), parameters.end(),
                                   [&](const PlantParameter& own) { return own.name == parameter; });
   if (known == parameters.end()) throw UserError(parameter + ": expected a parameter of the plant");
-  return {error_id(plant, *known), known->location};
+  return {error_id(plant, *known), known->handle.place};
 }
 
 }  // namespace wheelhop

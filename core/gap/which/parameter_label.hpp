@@ -9,8 +9,8 @@
 namespace wheelhop {
 
 struct ParameterLabel {
-  std::string effect;    ///< id, as "mass_error" or "spring_nonlinearity"
-  std::string location;  ///< element, mass, "sensor:CHANNEL", "actuator..." or "timebase"
+  EffectId effect;  ///< "mass_error" or "spring_nonlinearity", say
+  Place location;
 };
 
 /// By what a change of the parameter changes at rest, or by how it bends a law away from there.

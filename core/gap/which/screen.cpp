@@ -18,7 +18,7 @@ std::vector<std::string> keys_of(const std::vector<EffectCandidate>& candidates)
   std::vector<std::string> keys;
   std::map<std::string, int> count;
   for (const EffectCandidate& candidate : candidates) {
-    const std::string key = name_of(candidate) + "/" + candidate.label().form;
+    const std::string key = to_string(name_of(candidate)) + "/" + candidate.label().form;
     keys.push_back(key + "/" + std::to_string(count[key]++));
   }
   return keys;

@@ -142,11 +142,11 @@ bool add_best_expected(const Search& search, double colour, const PlantFit& arou
 
 /// Fits the finer forms of effects of given names, "effect@location", as `refine` does.
 /// @return true if one took over a label
-bool refine_singles(const Search& search, const std::vector<std::string>& names, Candidates& singles);
+bool refine_singles(const Search& search, const std::vector<EffectAt>& names, Candidates& singles);
 
 /// Names of the singles that remove something of the gap and do not leave far more than the best one.
 /// @param singles ascending by chi2
-std::vector<std::string> worth_refining(const Search& search, const Candidates& singles);
+std::vector<EffectAt> worth_refining(const Search& search, const Candidates& singles);
 
 /// Parameters of the re-tuned plant set free of their tolerances, side by side.
 /// @param which numbers of tolerances

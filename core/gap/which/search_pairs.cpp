@@ -104,7 +104,7 @@ std::vector<Hypothesis> pairs_of(const Search& search, const std::vector<RankedC
     const CandidateEvidence& first = singles.evidence[i];
     // Of two effects either alone leaves about as much as the other; what leaves far more is no part of the answer.
     if (first.chi2 - floor > search.effort.far_behind * best_left) continue;
-    if (search.step) search.step("a second effect beside " + first.last().name());
+    if (search.step) search.step("a second effect beside " + to_string(first.last().name()));
     std::vector<Hypothesis> found = beside(search, singles, i, known);
     std::move(found.begin(), found.end(), std::back_inserter(all));
     std::stable_sort(all.begin(), all.end(), by_chi2);
@@ -240,7 +240,8 @@ bool grow(const Search& search, const Evidence& evidence, std::size_t count, std
   const bool above_chance = chi2_before - evidence.samples > search.thresholds.notice * chance_of(evidence);
   if (!worth_another(evidence, before, search.thresholds) && !(pending && above_chance)) return false;
   std::string names;
-  for (const EffectEvidence& effect : before.effects) names += (names.empty() ? "" : " and ") + effect.name();
+  for (const EffectEvidence& effect : before.effects)
+    names += (names.empty() ? "" : " and ") + to_string(effect.name());
   if (search.step) search.step("a further effect beside " + names);
   std::vector<Hypothesis> found = beside(search, sets.of(count), number, {});
   finish(search.study, chi2_before, static_cast<std::size_t>(search.effort.finished_pairs), found);

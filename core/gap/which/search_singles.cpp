@@ -183,24 +183,22 @@ bool add_best_expected(const Search& search, double colour, const PlantFit& arou
 bool add_by_force(const Search& search, const std::vector<PlaceLeftover>& places, Candidates& singles) {
   const PlantFit& home = search.delivered.fit;
   const auto most = static_cast<std::size_t>(search.effort.places_by_force);
-  std::vector<std::string> asked;
+  std::vector<Place> asked;
   ForcePlace place;
   for (const PlaceLeftover& own : places) {
     if (asked.size() == most) break;
     // Of names that enter alike an element, which has laws of its own, before a guide.
-    std::vector<std::string> entries = entries_of(own);
-    std::erase_if(entries, [&](const std::string& entry) {
-      return is_path(place_from(entry)) || !force_place_of(home.plant, entry, place);
-    });
-    const auto element = std::find_if(entries.begin(), entries.end(), [&](const std::string& entry) {
-      return place_from(entry).kind == PlaceKind::part;
-    });
+    std::vector<Place> entries = entries_of(own);
+    std::erase_if(entries,
+                  [&](const Place& entry) { return is_path(entry) || !force_place_of(home.plant, entry, place); });
+    const auto element =
+        std::find_if(entries.begin(), entries.end(), [&](const Place& entry) { return entry.kind == PlaceKind::part; });
     if (!entries.empty()) asked.push_back(element != entries.end() ? *element : entries.front());
   }
   if (places.empty())
     for (const Element& element : home.plant.elements) asked.push_back(location_of(element));
   std::vector<Hypothesis> more;
-  for (const std::string& location : asked) {
+  for (const Place& location : asked) {
     const ForceScreened found =
         screen_by_force(search.study, home, search.retuned.fit, location,
                         {static_cast<std::size_t>(search.effort.sized_by_force), search.effort.made_by_law,
@@ -212,14 +210,14 @@ bool add_by_force(const Search& search, const std::vector<PlaceLeftover>& places
   return add_singles(search, std::move(more), singles);
 }
 
-bool refine_singles(const Search& search, const std::vector<std::string>& names, Candidates& singles) {
+bool refine_singles(const Search& search, const std::vector<EffectAt>& names, Candidates& singles) {
   if (!refine(search.study, search.retuned, names, search.thresholds.second, singles.fits)) return false;
   singles = told_by(search, std::move(singles.fits));
   return true;
 }
 
-std::vector<std::string> worth_refining(const Search& search, const Candidates& singles) {
-  std::vector<std::string> names;
+std::vector<EffectAt> worth_refining(const Search& search, const Candidates& singles) {
+  std::vector<EffectAt> names;
   const double floor = search.study.data.samples, gap = search.retuned.chi2 - floor;
   for (const CandidateEvidence& single : singles.evidence)
     if (single.chi2 - floor < search.effort.far_behind * (singles.evidence.front().chi2 - floor) &&
