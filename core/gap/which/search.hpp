@@ -44,6 +44,7 @@ struct SearchEffort {
   double far_behind = 3;           ///< of what the best first effect leaves, beyond which another is no part of a pair
   double closed = 0.1;             ///< of what a first effect leaves, what a pair may leave for no other to be tried
   Index finished_pairs = 3;        ///< of the quick fits of pairs, the best that are fitted on to the end
+  std::size_t exchanged = 3;       ///< other laws of an instrument with which the best pair is fitted once more
   int searches = 2;                ///< for a second effect, where the first one's fit became better by it
   std::size_t most_effects = 4;    ///< in an answer
   int growths = 4;                 ///< searches for a further effect beside two or more
@@ -75,6 +76,7 @@ struct SearchEffort {
     visit("far_behind", far_behind);
     visit("closed", closed);
     visit("finished_pairs", finished_pairs);
+    visit("exchanged", exchanged);
     visit("searches", searches);
     visit("most_effects", most_effects);
     visit("growths", growths);
@@ -140,7 +142,7 @@ bool add_by_force(const Search& search, const std::vector<PlaceLeftover>& places
 /// @param singles, return as above
 bool add_best_expected(const Search& search, double colour, const PlantFit& around, Candidates& singles);
 
-/// Fits the finer forms of effects of given names, "effect@location", as `refine` does.
+/// Fits the finer forms of effects of given names as `refine` does.
 /// @return true if one took over a label
 bool refine_singles(const Search& search, const std::vector<EffectAt>& names, Candidates& singles);
 

@@ -62,34 +62,61 @@ std::vector<Hypothesis> beside(const Search& search, Candidates& candidates, std
                 {.shortlist = search.effort.second_fits, .worth = search.effort.second_worth, .least = least}, known);
 }
 
-/// The best pair once more with what is next to its first effect alone, at the same place and by another law. Only that
-/// first effect was tried beside the second; two that differ little alone (a delay and a lag) may differ little in a
-/// pair as well, and the answer has to weigh both.
+/// Puts a pair in the place of one of its forms that leaves more, or adds it. One that leaves no less changes nothing.
+void keep_better(Hypothesis pair, std::vector<Hypothesis>& pairs) {
+  const auto old = std::find_if(pairs.begin(), pairs.end(),
+                                [&](const Hypothesis& other) { return same_forms(other.effects, pair.effects); });
+  if (old == pairs.end())
+    pairs.push_back(std::move(pair));
+  else if (pair.chi2 < old->chi2)
+    *old = std::move(pair);
+}
+
+/// The best pair once more with other laws at the place of one of its effects, from where it lies: those that leave
+/// about as little alone. Two that differ little alone (a delay and a lag) may differ little in a pair as well, and the
+/// answer has to weigh both, fitted equally well. Laws of instruments are exact, so that several forms of them are
+/// tried; of those of an element the one next to the first effect, if it was not tried beside the second.
 void add_exchanged(const Search& search, const std::vector<RankedCandidate>& ranked, const Candidates& singles,
                    std::vector<Hypothesis>& pairs) {
   if (pairs.empty()) return;
-  const Hypothesis& best =
+  const Hypothesis best =
       *std::min_element(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) { return a.chi2 < b.chi2; });
-  const EffectCandidate &first = best.effects.front(), &second = best.effects.back();
-  const auto known = std::find_if(singles.fits.begin(), singles.fits.end(),
-                                  [&](const Hypothesis& single) { return same_form(single.effects.back(), first); });
-  if (known == singles.fits.end()) return;
-  const double floor = search.study.data.samples, of_first = known->chi2 - floor;
-  const auto is_rival = [&](const RankedCandidate& own) {
-    if (own.is_parameter) return false;
-    const Hypothesis& single = singles.fit_of(own.index);
-    const EffectCandidate& effect = single.effects.back();
-    return effect.location == first.location && !same_form(effect, first) && !labellings({effect, second}).empty() &&
-           single.chi2 - floor <= search.effort.far_behind * of_first &&
-           std::none_of(pairs.begin(), pairs.end(), [&](const Hypothesis& pair) {
-             return same_form(pair.effects.front(), effect) && same_form(pair.effects.back(), second);
-           });
-  };
-  const auto rival = std::find_if(ranked.begin(), ranked.end(), is_rival);
-  if (rival == ranked.end()) return;
-  const SizedEffect instead = sized_effect(singles.fit_of(rival->index), 0);
-  Hypothesis exchanged = fit_set(search.study, search.retuned, {instead, sized_effect(best, 1)}, best);
-  if (!exchanged.fit.error.empty()) pairs.push_back(std::move(exchanged));
+  const double floor = search.study.data.samples;
+  for (const std::size_t which : {0U, 1U}) {
+    const EffectCandidate &own = best.effects[which], &other = best.effects[1 - which];
+    const auto alone = std::find_if(singles.fits.begin(), singles.fits.end(),
+                                    [&](const Hypothesis& single) { return same_form(single.effects.back(), own); });
+    if (alone == singles.fits.end()) continue;
+    const auto is_rival = [&](const Hypothesis& single) {
+      const EffectCandidate& effect = single.effects.back();
+      return effect.location == own.location && !same_form(effect, own) && !labellings({effect, other}).empty() &&
+             single.chi2 - floor <= search.effort.far_behind * (alone->chi2 - floor);
+    };
+    std::vector<const Hypothesis*> rivals;
+    if (is_path(own.location)) {
+      for (const Hypothesis& single : singles.fits)
+        if (is_rival(single)) rivals.push_back(&single);
+      std::stable_sort(rivals.begin(), rivals.end(), [](const auto* a, const auto* b) { return a->chi2 < b->chi2; });
+      if (rivals.size() > search.effort.exchanged) rivals.resize(search.effort.exchanged);
+    } else if (which == 0) {
+      const auto next = std::find_if(ranked.begin(), ranked.end(), [&](const RankedCandidate& rival) {
+        if (rival.is_parameter || !is_rival(singles.fit_of(rival.index))) return false;
+        return std::none_of(pairs.begin(), pairs.end(), [&](const Hypothesis& pair) {
+          return same_form(pair.effects.front(), singles.fit_of(rival.index).effects.back()) &&
+                 same_form(pair.effects.back(), other);
+        });
+      });
+      if (next != ranked.end()) rivals.push_back(&singles.fit_of(next->index));
+    }
+    std::vector<Hypothesis> exchanged(rivals.size());
+    tbb::parallel_for(std::size_t{0}, rivals.size(), [&](std::size_t i) {
+      std::vector<SizedEffect> sized = {sized_effect(best, 0), sized_effect(best, 1)};
+      sized[which] = sized_effect(*rivals[i], 0);
+      exchanged[i] = fit_set(search.study, search.retuned, sized, best);
+    });
+    for (Hypothesis& pair : exchanged)
+      if (!pair.fit.error.empty()) keep_better(std::move(pair), pairs);
+  }
 }
 
 /// Every second effect for the best first ones in turn, until a pair closes what the first leaves.
