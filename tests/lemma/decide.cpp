@@ -346,6 +346,15 @@ TEST_CASE(
   evidence.singles[0].freed[0].z[0] = 5;  // another one is out as well
   CHECK(decide(evidence).named.size() == 1);
   evidence.singles[0].freed[0].z[0] = 0.1;
+  // What belongs to the element of the effect bends with its form, beside a parameter of another part.
+  const std::vector<FreedEvidence> of_damping = evidence.singles[0].freed;
+  evidence.singles[0].freed = {freed(evidence, 0, 0.01)};
+  for (std::size_t i : {1, 2}) {
+    evidence.singles[0].freed[0].z[i] = 5;
+    CHECK(decide(evidence).named.size() == (evidence.tolerances[i].location == "suspension"_at ? 2 : 1));
+    evidence.singles[0].freed[0].z[i] = 0.1;
+  }
+  evidence.singles[0].freed = of_damping;
   evidence.singles[0].freed.push_back(freed(evidence, 0, 0.01));  // or would have to be named as well
   CHECK(decide(evidence).named.size() == 1);
   evidence.singles[0].freed.pop_back();
@@ -386,6 +395,21 @@ TEST_CASE("every threshold has a unit, a meaning, an origin and a reason, and a 
   }
   std::sort(names.begin(), names.end());
   CHECK(std::adjacent_find(names.begin(), names.end()) == names.end());
+}
+
+TEST_CASE("an effect is not lost to a parameter of its name that explains the gap with others out of tolerance alone") {
+  Evidence evidence = friction();
+  evidence.retuned_stopped = true;
+  evidence.singles = {single(evidence, "spring_nonlinearity", "suspension", 0.001),
+                      single(evidence, "bump_stop", "suspension", 0.05)};
+  evidence.tolerances.push_back({"suspension.hardening_spring.alpha_per_m2", "spring_nonlinearity", "suspension"_at});
+  evidence.freed = {freed(evidence, 0, 0.001)};
+  evidence.freed[0].tolerance = 3;
+  evidence.freed[0].theta = {0.1, 0.1, 9, 300};
+  evidence.freed[0].z = {0.1, 0.1, 9, 300};
+  for (CandidateEvidence& own : evidence.singles) own.log_plausibility = -1;  // the parameter is the most probable
+  CHECK(decide(evidence).named.front() == "spring_nonlinearity@suspension"_effect);
+  CHECK(is<Effects>(decide(evidence)));
 }
 
 TEST_CASE("gross faults that were corrected are named before the answer, and are the answer where it has no name") {

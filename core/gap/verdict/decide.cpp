@@ -352,8 +352,19 @@ Verdict doubted(const Case& c, const CandidateEvidence& answer, const RankedCand
   return verdict;
 }
 
-/// Names a parameter that is wrong beside the effects. Where with it free another one leaves its tolerance, or would
-/// have to be named as well, it is the effect's form that bends them, and none is named.
+/// True of a parameter that an inexact form of the effects bends, since it belongs to an element where one of them
+/// acts: the bend of a spring whichever parameter is free, a stiffness or damping where that one is of another part.
+bool bends_with_form(const CandidateEvidence& candidate, const ToleranceEvidence& free,
+                     const ToleranceEvidence& other) {
+  const auto acts_at = [&](const Place& place) {
+    return std::any_of(candidate.effects.begin(), candidate.effects.end(),
+                       [&](const EffectEvidence& effect) { return effect.location == place; });
+  };
+  return acts_at(other.location) && (!is_parameter_error(other.effect) || !acts_at(free.location));
+}
+
+/// Names a parameter that is wrong beside the effects. Where with it free another one leaves its tolerance that no form
+/// of the effects bends, or one of another name would have to be named as well, none is named.
 void add_parameter_beside(const Case& c, Verdict& verdict) {
   Effects& effects = std::get<Effects>(verdict.answer);
   const CandidateEvidence& candidate = candidate_of(c.evidence, effects);
@@ -361,11 +372,14 @@ void add_parameter_beside(const Case& c, Verdict& verdict) {
     return i < candidate.freed.size() &&
            probability_beside(c.evidence, candidate.freed[i], c.thresholds) > c.thresholds.stands_out;
   };
-  if (!wrong(0) || wrong(1)) return;
+  if (!wrong(0)) return;
   const FreedEvidence& freed = candidate.freed.front();
-  for (std::size_t i = 0; i < freed.z.size(); ++i)
-    if (i != freed.tolerance && std::abs(freed.z[i]) > c.thresholds.not_home) return;
   const ToleranceEvidence& own = c.evidence.tolerances[freed.tolerance];
+  if (wrong(1) && c.evidence.tolerances[candidate.freed[1].tolerance].name() != own.name()) return;
+  for (std::size_t i = 0; i < freed.z.size(); ++i)
+    if (i != freed.tolerance && std::abs(freed.z[i]) > c.thresholds.not_home &&
+        !bends_with_form(candidate, own, c.evidence.tolerances[i]))
+      return;
   const double probability = probability_beside(c.evidence, freed, c.thresholds);
   const Suspect suspect{own.effect,
                         own.location,

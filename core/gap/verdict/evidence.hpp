@@ -70,7 +70,7 @@ struct PlaceLeftover {
     visit("leftover", leftover);
   }
 };
-/// The names of all that enters as a signal at a place does.
+/// All places at which a signal enters as it does at this one.
 inline std::vector<Place> entries_of(const PlaceLeftover& place) {
   std::vector<Place> entries = place.same;
   entries.insert(entries.begin(), place.location);
@@ -114,6 +114,7 @@ struct ToleranceEvidence {
   double theta = 0, std = 0;  ///< deviation from the plant file and its posterior standard deviation, in tolerances
   double z = 0;               ///< leave-prior-out z: deviation the data alone see, over its standard deviation
   double influence = 0;       ///< RMS change of the residuals that its deviation makes, in units of the noise
+  EffectAt name() const { return {effect, location}; }
   template <class V>
   void fields(V&& visit) {
     visit("parameter", parameter);

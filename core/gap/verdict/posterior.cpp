@@ -46,8 +46,8 @@ double log_sum_of_sets(const std::vector<RankedCandidate>& list, std::vector<std
   return odds[members.front()] + std::log(sum);
 }
 
-/// What an explanation shares with those that differ from it by the laws of instruments alone: the names of its other
-/// effects, and the places of instruments. Empty where it has no effect of an instrument.
+/// What an explanation shares with those that differ from it by the laws of instruments alone: its other effects,
+/// and those of instruments without their names, at their places. Empty where it has no effect of an instrument.
 std::vector<EffectAt> beside_instruments(const RankedCandidate& own) {
   std::vector<EffectAt> parts = own.set.empty() ? std::vector<EffectAt>{own.name()} : own.set;
   bool any = false;
@@ -197,14 +197,24 @@ double negligible(const Evidence& evidence, const Thresholds& thresholds) {
 
 double gap_left(const Evidence& evidence) { return evidence.retuned_chi2 / evidence.samples - 1; }
 
+namespace {
+
+/// The single effects, weighed by what an unknown signal at their places leaves. Not yet ranked.
+std::vector<RankedCandidate> unranked_singles(const Evidence& evidence, const Thresholds& thresholds) {
+  std::vector<RankedCandidate> list = unranked(evidence.singles, thresholds);
+  for (RankedCandidate& own : list)
+    own.log_prior -= thresholds.place_weight * std::log(std::max(leftover_ratio(evidence.places, own.location), 1.0));
+  return list;
+}
+
+}  // namespace
+
 Contest contest_of(const Evidence& evidence, const Thresholds& thresholds) {
   Contest contest;
   const double notice = thresholds.notice * chance_of(evidence);
-  contest.ranked = unranked(evidence.singles, thresholds);
-  for (RankedCandidate& own : contest.ranked) {
-    own.log_prior -= thresholds.place_weight * std::log(std::max(leftover_ratio(evidence.places, own.location), 1.0));
+  contest.ranked = unranked_singles(evidence, thresholds);
+  for (const RankedCandidate& own : contest.ranked)
     contest.effect_seen = contest.effect_seen || evidence.retuned_chi2 - own.chi2 > notice;
-  }
   const bool alone = parameters_alone(evidence, thresholds);
   for (std::size_t i = 0; i < evidence.freed.size(); ++i) {
     const FreedEvidence& freed = evidence.freed[i];
@@ -224,9 +234,9 @@ Contest contest_of(const Evidence& evidence, const Thresholds& thresholds) {
 
 Contest contest_of_closing_effects(const Evidence& evidence, const Contest& all, const Thresholds& thresholds) {
   Contest contest = all;
-  std::erase_if(contest.ranked, [&](const RankedCandidate& own) {
-    return own.is_parameter || !closes(evidence, own.chi2, thresholds);
-  });
+  // From the singles themselves: of a parameter and an effect of one name the ranking has kept the more probable.
+  contest.ranked = unranked_singles(evidence, thresholds);
+  std::erase_if(contest.ranked, [&](const RankedCandidate& own) { return !closes(evidence, own.chi2, thresholds); });
   rank(contest.ranked, contest.weighing, thresholds);
   return contest;
 }
