@@ -98,13 +98,6 @@ bool is_unknown(const std::string& name) { return name.starts_with("unknown@"); 
 /// No family of the catalogue is the right answer.
 bool asks_for_unknown(CaseKind kind) { return kind == CaseKind::unknown || kind == CaseKind::left_out; }
 
-/// "effect@location" of an answer is a true effect; where no family is right, "unknown" is its name.
-bool is_named(const TrueEffect& effect, CaseKind kind, const std::string& name) {
-  const std::size_t at = name.find('@');
-  if (at == std::string::npos || !same_location(name.substr(at + 1), effect.location)) return false;
-  return name.substr(0, at) == effect.effect || (asks_for_unknown(kind) && is_unknown(name));
-}
-
 std::string fault_of(const Judged& judged) {
   if (judged.answer.absent) return "no answer";
   if (!judged.answer.error.empty()) return "error: " + judged.answer.error;
@@ -129,6 +122,12 @@ std::string fault_of(const Judged& judged) {
 }
 
 }  // namespace
+
+bool is_named(const TrueEffect& effect, CaseKind kind, const std::string& name) {
+  const std::size_t at = name.find('@');
+  if (at == std::string::npos || !same_location(name.substr(at + 1), effect.location)) return false;
+  return name.substr(0, at) == effect.effect || (asks_for_unknown(kind) && is_unknown(name));
+}
 
 std::vector<std::string> Answer::reported_set() const {
   Names names;

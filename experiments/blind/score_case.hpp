@@ -58,6 +58,9 @@ struct Judged {
 
 Judged judge(const TrueCase& truth, Answer answer);
 
+/// True if "effect@location" of an answer is a true effect; where no family is right, "unknown" is its name.
+bool is_named(const TrueEffect& effect, CaseKind kind, const std::string& name);
+
 /// Pairs of (true effect, named effect) by id for a confusion matrix: true effects that are named first, the rest in
 /// order; "none" for no gap and for no name, "error" for an answer that is one or is absent.
 std::vector<std::pair<std::string, std::string>> confusions(const Judged& judged);
