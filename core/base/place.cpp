@@ -28,7 +28,10 @@ std::string to_string(const Place& place) {
   return place.name;
 }
 
-std::strong_ordering operator<=>(const Place& a, const Place& b) { return to_string(a) <=> to_string(b); }
+std::strong_ordering operator<=>(const Place& a, const Place& b) {
+  const std::strong_ordering texts = to_string(a) <=> to_string(b);
+  return texts == 0 ? a.kind <=> b.kind : texts;
+}
 
 Place without_guide(const Place& place) { return place.kind == PlaceKind::guide ? part_place(place.name) : place; }
 

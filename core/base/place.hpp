@@ -24,7 +24,8 @@ enum class PlaceKind {
 
 struct Place {
   PlaceKind kind = PlaceKind::part;
-  std::string name = {};  ///< of the part, mass, channel or input; empty for the only drive's path and the clock
+  std::string name =
+      {};  ///< of the part, mass, channel or input; empty for the only drive's path, the clock, and no place at all
   bool operator==(const Place&) const = default;
   /// True of no place at all.
   bool empty() const { return kind == PlaceKind::part && name.empty(); }
@@ -39,7 +40,7 @@ inline Place clock_place() { return {PlaceKind::timebase, {}}; }
 /// colon in names, and no part that is called "actuator" or "timebase".
 Place place_from(const std::string& text);
 std::string to_string(const Place& place);
-/// In the order of their texts.
+/// In the order of their texts, and of their kinds where a part is called as another place would be.
 std::strong_ordering operator<=>(const Place& a, const Place& b);
 
 /// True of a path that signals take, or the clock: no force of the plant.

@@ -3,16 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/base/status.hpp"
 
 namespace wheelhop {
 namespace {
-
-/// Ideal of a number that is listed whatever its value.
-constexpr double kNoIdeal = std::numeric_limits<double>::quiet_NaN();
 
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
@@ -27,42 +23,67 @@ std::string joined(const std::vector<std::string>& names) {
                   (near.empty() ? "" : ", did you mean \"" + near + "\"?") + " Known: " + joined(known));
 }
 
-/// Calls visit(parameter, value) for every number of the paths; those that are ideal only if `all`. The parameter has
-/// all but its value.
+/// A number of a plant as it is met, without a copy of any text.
+struct Met {
+  std::string_view prefix, number;  ///< its name is one after the other
+  ParameterOwner owner;
+  const Place& place;
+  const LawKind* law;
+  std::string_view unit;
+  double tolerance;
+  Range range;
+
+  bool is_called(std::string_view name) const {
+    return name.size() == prefix.size() + number.size() && name.starts_with(prefix) && name.ends_with(number);
+  }
+  PlantParameter parameter(double value) const {
+    return {std::string(prefix) + std::string(number),
+            {owner, place, law, std::string(number)},
+            std::string(unit),
+            value,
+            tolerance,
+            range};
+  }
+};
+
+/// Calls visit(met, value) for every number of the paths; those that are ideal only if `all`.
 template <class AnyPlant, class Visit>
 void visit_paths(AnyPlant& plant, bool all, Visit visit) {
   const auto in = [&](ParameterOwner owner, const Place& place, const std::string& prefix) {
-    return [&visit, all, owner, place, prefix](const char* key, const std::string& unit, auto& value, double ideal,
-                                               Range range) {
-      if (!all && value == ideal) return;
-      visit(PlantParameter{prefix + key, {owner, place, nullptr, key}, unit, 0, default_tolerance, range}, value);
+    return [&visit, all, owner, &place, &prefix](const char* key, const std::string& unit, auto& value, double ideal,
+                                                 Range range) {
+      if (all || value != ideal) visit(Met{prefix, key, owner, place, nullptr, unit, default_tolerance, range}, value);
     };
   };
-  for (auto& input : plant.inputs)
-    visit_drive_path(input.path, input.unit,
-                     in(ParameterOwner::drive_path, actuator_of(plant, input), "actuator:" + input.name + "."));
+  for (auto& input : plant.inputs) {
+    const Place place = actuator_of(plant, input);
+    const std::string prefix = "actuator:" + input.name + ".";
+    visit_drive_path(input.path, input.unit, in(ParameterOwner::drive_path, place, prefix));
+  }
   for (auto& sensor : plant.sensors) {
     const Place place = sensor_place(sensor.name);
-    const auto in_path = in(ParameterOwner::sensor_path, place, to_string(place) + ".");
-    visit_sensor_path(sensor.path, sensor.unit, in_path);
+    const std::string prefix = to_string(place) + ".", crosstalk = prefix + "crosstalk.";
+    visit_sensor_path(sensor.path, sensor.unit, in(ParameterOwner::sensor_path, place, prefix));
     for (auto& [channel, factor] : sensor.path.crosstalk)
-      in_path(("crosstalk." + channel).c_str(), "-", factor, kNoIdeal, Range{});
+      visit(Met{crosstalk, channel, ParameterOwner::crosstalk, place, nullptr, "-", default_tolerance, Range{}},
+            factor);
   }
-  in(ParameterOwner::clock, clock_place(), "timebase.")("clock_skew", "-", plant.clock_skew, 0, Range{});
+  const Place clock = clock_place();
+  const std::string prefix = to_string(clock) + ".";
+  in(ParameterOwner::clock, clock, prefix)("clock_skew", "-", plant.clock_skew, 0, Range{});
 }
 
-/// Calls visit(parameter, value) for every scalar that a fit may move. The parameter has all but its value.
+/// Calls visit(met, value) for every scalar that a fit may move.
 template <class AnyPlant, class Visit>
 void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
-  for (auto& mass : plant.masses)
-    visit(PlantParameter{mass.name + ".mass_kg",
-                         {ParameterOwner::mass, part_place(mass.name), nullptr, "mass_kg"},
-                         "kg",
-                         0,
-                         mass.tolerance,
-                         Range{.low = 0}},
+  for (auto& mass : plant.masses) {
+    const Place place = part_place(mass.name);
+    const std::string prefix = mass.name + ".";
+    visit(Met{prefix, "mass_kg", ParameterOwner::mass, place, nullptr, "kg", mass.tolerance, Range{.low = 0}},
           mass.mass_kg);
+  }
   for (auto& element : plant.elements) {
+    const Place place = location_of(element);
     for (std::size_t i = 0; i < element.laws.size(); ++i) {
       auto& law = element.laws[i];
       const std::string prefix = law_name(element, i) + ".";
@@ -70,24 +91,17 @@ void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
       for (std::size_t k = 0; k < law.values.size(); ++k) {
         if (!std::isfinite(law.values[k])) continue;  // "none", e.g. no travel limit
         const LawParameter& parameter = law.kind->parameters[law.kind->parameters.front().is_list ? 0 : k];
-        visit(PlantParameter{prefix + names[k],
-                             {ParameterOwner::law, location_of(element), law.kind, names[k]},
-                             parameter.unit,
-                             0,
-                             law.tolerance,
-                             parameter.range},
-              law.values[k]);
+        visit(
+            Met{prefix, names[k], ParameterOwner::law, place, law.kind, parameter.unit, law.tolerance, parameter.range},
+            law.values[k]);
       }
     }
   }
-  for (auto& load : plant.loads)
-    visit(PlantParameter{"load:" + load.name + ".force_n",
-                         {ParameterOwner::load, location_of(plant, load), nullptr, "force_n"},
-                         "N",
-                         0,
-                         load.tolerance,
-                         Range{}},
-          load.force_n);
+  for (auto& load : plant.loads) {
+    const Place place = location_of(plant, load);
+    const std::string prefix = "load:" + load.name + ".";
+    visit(Met{prefix, "force_n", ParameterOwner::load, place, nullptr, "N", load.tolerance, Range{}}, load.force_n);
+  }
   visit_paths(plant, ideal_paths, visit);
 }
 
@@ -203,10 +217,7 @@ std::vector<std::string> memory_names(const Plant& plant) {
 
 std::vector<PlantParameter> plant_parameters(const Plant& plant) {
   std::vector<PlantParameter> list;
-  visit_parameters(plant, false, [&](PlantParameter parameter, double value) {
-    parameter.value = value;
-    list.push_back(std::move(parameter));
-  });
+  visit_parameters(plant, false, [&](const Met& met, double value) { list.push_back(met.parameter(value)); });
   // In the same order, and as many of each law.
   std::size_t at = plant.masses.size();
   for (const Element& element : plant.elements)
@@ -218,8 +229,8 @@ std::vector<PlantParameter> plant_parameters(const Plant& plant) {
 
 double get_parameter(const Plant& plant, std::string_view name) {
   const double* found = nullptr;
-  visit_parameters(plant, true, [&](const PlantParameter& own, const double& value) {
-    if (own.name == name) found = &value;
+  visit_parameters(plant, true, [&](const Met& met, const double& value) {
+    if (met.is_called(name)) found = &value;
   });
   if (!found) unknown(plant, "parameter", name, parameter_names(plant));
   return *found;
@@ -227,8 +238,8 @@ double get_parameter(const Plant& plant, std::string_view name) {
 
 void set_parameter(Plant& plant, std::string_view name, double value) {
   double* found = nullptr;
-  visit_parameters(plant, true, [&](const PlantParameter& own, double& slot) {
-    if (own.name == name) found = &slot;
+  visit_parameters(plant, true, [&](const Met& met, double& slot) {
+    if (met.is_called(name)) found = &slot;
   });
   if (!found) unknown(plant, "parameter", name, parameter_names(plant));
   for (Element& element : plant.elements)

@@ -138,14 +138,15 @@ Place location_of(const Plant& plant, const Load& load);
 Place actuator_of(const Plant& plant, const PlantInput& input);
 
 /// What a number of the plant belongs to.
-enum class ParameterOwner { mass, law, load, drive_path, sensor_path, clock };
+enum class ParameterOwner { mass, law, load, drive_path, sensor_path, crosstalk, clock };
 
-/// Which number of a plant a parameter is.
+/// What a parameter is. It is not its identity, which is its name: two laws of one kind in an element have numbers of
+/// one handle.
 struct ParameterHandle {
   ParameterOwner owner = ParameterOwner::mass;
-  Place place;                   ///< of the mass, `location_of` the element or load, of the path or the clock
-  const LawKind* law = nullptr;  ///< of a law
-  std::string number;            ///< of its owner: "mass_kg", "damping_ns_per_m", "lag.cutoff_hz", "crosstalk.travel"
+  Place place;                   ///< of the mass or the path, `location_of` the element or load, or the clock
+  const LawKind* law = nullptr;  ///< null unless a law owns it
+  std::string number;            ///< "mass_kg", "damping_ns_per_m", "lag.cutoff_hz"; of a crosstalk the other channel
 };
 
 /// A scalar of the plant that a fit may move.

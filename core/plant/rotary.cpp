@@ -4,8 +4,6 @@
 #include <array>
 #include <utility>
 
-#include "core/base/place.hpp"
-
 namespace wheelhop {
 namespace {
 
@@ -67,14 +65,15 @@ std::string motion_unit(const Plant& plant, const std::string& variable) {
 }
 
 std::string shown_name(const Plant& plant, const std::string& parameter) {
-  const std::size_t dot = parameter.find('.'), last = parameter.rfind('.');
-  if (dot == std::string::npos) return parameter;
-  const std::string owner = parameter.substr(0, dot);
-  bool turns = false;
-  for (const Mass& mass : plant.masses) turns = turns || (mass.name == owner && mass.rotary);
-  for (const Element& element : plant.elements) turns = turns || (element.name == owner && is_rotary(plant, element));
-  for (const Load& load : plant.loads) turns = turns || ("load:" + load.name == owner && is_rotary(plant, load.on));
-  return turns ? parameter.substr(0, last + 1) + rotary_name(parameter.substr(last + 1)) : parameter;
+  for (const PlantParameter& known : plant_parameters(plant)) {
+    if (known.name != parameter) continue;
+    const ParameterHandle& handle = known.handle;
+    const bool force = handle.owner == ParameterOwner::mass || handle.owner == ParameterOwner::law ||
+                       handle.owner == ParameterOwner::load;
+    if (!force || force_unit(plant, handle.place) == "N") break;
+    return parameter.substr(0, parameter.size() - handle.number.size()) + rotary_name(handle.number);
+  }
+  return parameter;
 }
 
 }  // namespace wheelhop

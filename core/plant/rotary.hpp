@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/place.hpp"
 #include "core/plant/plant.hpp"
 
 namespace wheelhop {

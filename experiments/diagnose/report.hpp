@@ -3,9 +3,9 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 
 #include "core/base/json.hpp"
+#include "core/base/place.hpp"
 #include "core/gap/diagnose.hpp"
 #include "core/gap/study/examine.hpp"
 

@@ -48,7 +48,7 @@ std::string note_of(const Placebo& placebo) {
   std::string names;
   for (const auto& [name, count] : placebo.names)
     names += fmt::format("{}{} {}", names.empty() ? "" : ", ", in_words(name), count);
-  if (placebo.nothing > 0) names += fmt::format("{}nothing {}", names.empty() ? "" : ", ", placebo.nothing);
+  if (placebo.nothing > 0) names += fmt::format("{}none {}", names.empty() ? "" : ", ", placebo.nothing);
   return fmt::format(
       "Placebo: {} of {} diagnoses of simulated records, in which this answer is true, give it again. Named: {}.",
       placebo.same, placebo.runs, names);

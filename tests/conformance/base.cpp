@@ -502,6 +502,10 @@ TEST_CASE("the text of a place is read back as what it is, whatever a part is ca
     CHECK(to_string(place) == text);
     CHECK(is_path(place) == (kind != PlaceKind::part && kind != PlaceKind::guide));
   }
+  CHECK(guide_place("a") != part_place("guide:a"));
+  CHECK((guide_place("a") < part_place("guide:a")) != (part_place("guide:a") < guide_place("a")));
+  CHECK(part_place("b") < guide_place("a"));
+  CHECK(EffectAt{"bias", part_place("z")} < EffectAt{"bump_stop", part_place("a")});
   CHECK(without_guide(guide_place("wheel")) == part_place("wheel"));
   for (const Place& other : {part_place("wheel"), sensor_place("wheel"), clock_place()})
     CHECK(without_guide(other) == other);

@@ -138,7 +138,7 @@ TEST_CASE("a diagnosis file tells where, how far and beyond what, its figures ho
   CHECK(view.heading == "Why simulation and rig disagree: tyre damping at tyre and damper asymmetry at suspension");
   Placebo again{"", 20, 17, 3, {{"tyre_damping@tyre"_effect, 17}}};
   CHECK_THAT(view_of(nominal, diagnosis, nullptr, &again).notes.back(),
-             Catch::Contains("17 of 20") && Catch::Contains("tyre damping at tyre 17, nothing 3"));
+             Catch::Contains("17 of 20") && Catch::Contains("tyre damping at tyre 17, none 3"));
   diagnosis.spikes.assign(7, {"r1.csv", "travel", 1.25, 0.5, 0.01});
   CHECK(table_of(view_of(nominal, diagnosis, nullptr, nullptr), "bridged")->rows.size() == 5);
 

@@ -14,6 +14,7 @@
 using namespace wheelhop;
 using namespace wheelhop::test;
 using Catch::Contains;
+using Catch::EndsWith;
 
 namespace {
 
@@ -238,6 +239,10 @@ TEST_CASE("parameters are found by name, moved, and carry tolerance and unit") {
   CHECK(list[0].name == "body.mass_kg");
   CHECK(list[0].tolerance == 0.03);
   CHECK(list[0].handle.place == "body"_at);
+  CHECK(list[0].handle.owner == ParameterOwner::mass);
+  CHECK(list[2].handle.owner == ParameterOwner::law);
+  CHECK(list[2].handle.law == find_law("hardening_spring"));
+  for (const PlantParameter& parameter : list) CHECK_THAT(parameter.name, EndsWith("." + parameter.handle.number));
   CHECK(list[2].name == "suspension.hardening_spring.stiffness_n_per_m");
   CHECK(list[2].tolerance == 0.1);
   CHECK(list[2].unit == "N/m");

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/place.hpp"
 #include "core/gap/which/effect.hpp"
 
 namespace wheelhop {

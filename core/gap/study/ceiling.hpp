@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/place.hpp"
 #include "core/gap/evidence/profile.hpp"
 #include "core/model/static_map.hpp"
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/place.hpp"
 #include "core/gap/evidence/envelope.hpp"
 #include "core/gap/evidence/profile.hpp"
 #include "core/gap/evidence/split.hpp"

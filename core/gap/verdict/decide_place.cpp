@@ -37,7 +37,7 @@ Verdict two_places(const Evidence& evidence, const Thresholds& thresholds, Verdi
   return verdict;
 }
 
-/// The entry whose motion explains most of the unknown signal, clearly more than that of the place's own name.
+/// The entry whose motion explains most of the unknown signal, clearly more than the place's own motion.
 Place entry_of_motion(const Evidence& evidence, const Thresholds& thresholds, const Place& place, const Place& guide) {
   const auto own_share = [&] {
     for (const MotionShare& motion : evidence.motion)

@@ -18,7 +18,7 @@ ForcedPlant force_at(const PlantFit& fit, const std::vector<FitRecord>& records,
   force_place_of(fit.plant, location, place);
   forced.fit.plant = plant_with_force(fit.plant, place);
   forced.fit.plant.elements.push_back(
-      {to_string(location) + " motion", place.from, place.to, {{find_law("linear_spring"), {0}}}});
+      {location.name + " motion", place.from, place.to, {{find_law("linear_spring"), {0}}}});
   forced.fit.initial_states = fit.initial_states;
   for (std::size_t i = 0; i < records.size(); ++i) {
     FitRecord record = records[i];

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/place.hpp"
 #include "core/greybox/plant_fit.hpp"
 
 namespace wheelhop {

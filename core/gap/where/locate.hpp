@@ -73,7 +73,7 @@ struct UnknownSignal {
 /// the plant linearised over the motion of the fit, exact for a force without content above the band; sensor paths
 /// count as ideal. What the channels hardly see of a force (the static part of one between masses, to accelerometers)
 /// is missing from f.
-/// @param i number of the record   @param location of a Place, or one of its `same`
+/// @param i number of the record   @param location of a PlaceLeftover, or one of its `same`
 /// Status: unavailable if the plant has no such place; rank_deficient if no channel sees a force there. Cost: one
 /// transform and a solution of the linear plant a frequency.
 UnknownSignal unknown_signal(const PlantFit& fit, const std::vector<FitRecord>& records, std::size_t i,

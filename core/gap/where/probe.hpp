@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/place.hpp"
 #include "core/greybox/plant_fit.hpp"
 #include "core/plant/linearise.hpp"
 
@@ -19,7 +20,7 @@ struct ForcePlace {
   std::string element = {};  ///< that has these ends, so that its force sensors read the law; empty for a guide
 };
 
-/// The force that a place's name (as of Place) stands for; false if it stands for none.
+/// The force that a place stands for; false if it stands for none.
 bool force_place_of(const Plant& plant, const Place& location, ForcePlace& place);
 
 /// The plant with one more input, the last: a force, -u on `from` and +u on `to`. A drive's node stands still for a

@@ -29,8 +29,8 @@ struct Moved {
   Eigen::RowVectorXd x, v;
 };
 
-/// What a law at a place reads: its element's travel, the position of a guided mass, the drive of an actuator; of the
-/// empty name all of these.
+/// What a law at a place reads: its element's travel, the position of a guided mass, the drive of an actuator; of
+/// no place all of these.
 std::vector<Moved> moved_at(const Plant& plant, const FitRecord& record, const Trajectory& motion, const Place& entry) {
   std::vector<Moved> list;
   const auto wanted = [&](const Place& place) { return entry.empty() || entry == place; };

@@ -2,7 +2,6 @@
 /// What can be said of a signal that no effect of the catalogue explains: whether it is the plant's own doing at all.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "core/gap/verdict/evidence.hpp"
@@ -21,13 +20,13 @@ namespace wheelhop {
 /// 0.04 and no more than that (twice the most of the surrogates, or 0.005); NaN where the signal cannot be
 /// reconstructed.
 /// @param fit of fit_plant over `records`   @param location as in locate
-/// @param entry a name among those that enter in the same way there, to ask how far what it alone reads explains the
+/// @param entry a place among those that enter in the same way, to ask how far what it alone reads explains the
 /// signal; empty: everything that moves
 double explained_by_states(const PlantFit& fit, const std::vector<FitRecord>& records, const Place& location,
                            const Place& entry = {});
 
 /// What the motion of everything that may be at work explains of the unknown signals at the best places: for the best
-/// place all that moves; for every place near to it each name that enters there alike; and, where the best place is a
+/// place all that moves; for every place near to it each place that enters alike; and, where the best place is a
 /// guided mass, the elements that hang on it.
 /// @param fit of fit_plant over `records`   @param places ascending by leftover
 /// @param near leftover over that of the best place, up to which a place is asked

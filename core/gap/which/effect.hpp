@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/place.hpp"
 #include "core/greybox/operation.hpp"
 
 namespace wheelhop {

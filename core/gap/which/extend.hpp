@@ -3,9 +3,9 @@
 /// quick fits, and what of these is fitted on.
 #pragma once
 
-#include <string>
 #include <vector>
 
+#include "core/base/place.hpp"
 #include "core/gap/which/hypothesis.hpp"
 #include "core/gap/which/screen.hpp"
 
@@ -39,7 +39,7 @@ std::vector<Hypothesis> fit_shortlist(const Study& study, const Hypothesis& base
 /// Fits the forms that refine those of a list, of given names. A finer form takes over the label of the form that it
 /// refines where it removes more than a share of what that one leaves. The coarser form stays under its other labels,
 /// and leaves the list when it has none left.
-/// @param base of all in the list   @param names "effect@location"   @param list in any order, on return by chi2
+/// @param base of all in the list   @param names effects at their places   @param list in any order, on return by chi2
 /// @return true if one did. Cost: some patient fits a form.
 bool refine(const Study& study, const Hypothesis& base, const std::vector<EffectAt>& names, double share,
             std::vector<Hypothesis>& list);

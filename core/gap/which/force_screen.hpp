@@ -6,9 +6,9 @@
 /// `reconstruct_force`.
 #pragma once
 
-#include <string>
 #include <vector>
 
+#include "core/base/place.hpp"
 #include "core/gap/which/hypothesis.hpp"
 #include "core/gap/which/screen.hpp"
 

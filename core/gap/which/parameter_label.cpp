@@ -28,31 +28,32 @@ struct Word {
   const char* effect;
 };
 
-/// Numbers of drive and sensor paths, by what they begin with.
 constexpr Word kOfPaths[] = {{"gain", "gain_error"},
-                             {"crosstalk.", "crosstalk"},
                              {"offset", "bias"},
                              {"bias", "bias"},
-                             {"drift", "drift"},
+                             {"drift_per_s", "drift"},
+                             {"drift_settling_per_s", "drift"},
                              {"quantum", "quantisation"},
                              {"delay_s", "time_delay"},
                              {"sampling_phase", "time_delay"},
                              {"high_pass_hz", "high_pass"},
                              {"rate_limit", "rate_limit"},
-                             {"saturation", "saturation"}};
+                             {"saturation", "saturation"},
+                             {"saturation_sharpness", "saturation"}};
+constexpr std::string_view kOfLags[] = {"lag.time_constant_s", "lag.cutoff_hz", "lag.damping_ratio"};
 
-/// Laws whose error has one name, whichever of their numbers is wrong: those with a memory, which have no slopes at
-/// rest, and those that move it.
+/// Laws that have no slopes at rest of their own, by their memory or as they act on accelerations, and the one that
+/// shifts where a spring rests: an error has one name, whichever of their numbers is wrong.
 constexpr Word kOfLaws[] = {
     {"bouc_wen", "hysteresis"},          {"maxwell_branch", "series_compliance"}, {"damper_mount", "series_compliance"},
     {"cavitating_damper", "cavitation"}, {"fading_damper", "damper_fade"},        {"inerter", "inertance"},
     {"rest_offset", "static_offset"}};
 
 EffectId error_of_path(const ParameterHandle& handle) {
-  if (handle.number.starts_with("lag."))
-    return handle.owner == ParameterOwner::sensor_path ? "sensor_lag" : "actuator_lag";
+  for (const std::string_view number : kOfLags)
+    if (handle.number == number) return handle.owner == ParameterOwner::sensor_path ? "sensor_lag" : "actuator_lag";
   for (const Word& word : kOfPaths)
-    if (handle.number.starts_with(word.of)) return word.effect;
+    if (handle.number == word.of) return word.effect;
   throw std::logic_error("an error of the path's " + handle.number + " has no name");
 }
 
@@ -74,11 +75,14 @@ EffectId error_of_law(const Plant& plant, const PlantParameter& parameter) {
 EffectId error_id(const Plant& plant, const PlantParameter& parameter) {
   switch (parameter.handle.owner) {
     case ParameterOwner::mass: return "mass_error";
-    case ParameterOwner::load: return "load";
-    case ParameterOwner::clock: return "clock_skew";
     case ParameterOwner::law: return error_of_law(plant, parameter);
-    default: return error_of_path(parameter.handle);
+    case ParameterOwner::load: return "load";
+    case ParameterOwner::drive_path:
+    case ParameterOwner::sensor_path: return error_of_path(parameter.handle);
+    case ParameterOwner::crosstalk: return "crosstalk";
+    case ParameterOwner::clock: return "clock_skew";
   }
+  throw std::logic_error("an owner of parameters without a name for their errors");
 }
 
 }  // namespace
