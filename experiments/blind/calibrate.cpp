@@ -21,7 +21,7 @@ namespace {
 constexpr std::array kFactors = {0.5, 0.7, 0.85, 1.2, 1.4, 2.0};  // steps of the coordinate search
 constexpr int kPasses = 3;                                        // over all coordinates
 constexpr std::size_t kFolds = 5;
-constexpr double kErrors = 2;  // standard errors of a fall that counts
+constexpr double kErrors = 2;        // standard errors of a fall that counts
 constexpr double kProbable = 0.999;  // no threshold that is a probability is scaled beyond it
 
 /// A case whose truth is known.
@@ -146,8 +146,8 @@ class Ledger {
   std::map<std::vector<double>, std::vector<Worth>> known_;
 };
 
-/// True if the mean loss falls by more than two standard errors of that fall over the cases outside of a fold, so that a
-/// threshold stays where the cases do not tell it. One standard error (Breiman et al. 1984, Classification and
+/// True if the mean loss falls by more than two standard errors of that fall over the cases outside of a fold, so that
+/// a threshold stays where the cases do not tell it. One standard error (Breiman et al. 1984, Classification and
 /// Regression Trees) was seen to make held-out cases worse, with so many thresholds asked.
 bool tells(const std::vector<Worth>& before, const std::vector<Worth>& after, std::size_t fold) {
   double count = 0, sum = 0, squares = 0;
