@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/data/metrics.hpp"
+#include "core/gap/diagnose.hpp"
 #include "core/gap/which/correction.hpp"
 #include "core/gap/which/extend.hpp"
 #include "core/gap/which/hypothesis.hpp"
@@ -516,5 +517,45 @@ TEST_CASE("a short memory that was at work before a record began bends no parame
     const Hypothesis home = fit_hypothesis(study, plant, study.tolerances);
     REQUIRE_FALSE(home.fit.error.empty());
     CHECK(home.fit.theta.cwiseAbs().maxCoeff() < 0.1);
+  }
+}
+
+TEST_CASE("the best pair is fitted with every near law of its instrument, not only with the one that was tried",
+          "[slow]") {
+  const Plant nominal = plant_from(quarter_car_text);
+  const auto solver = make_levenberg_marquardt({});
+  const CandidateList few = [](const Plant& plant, const Operation& operation) {
+    std::vector<EffectCandidate> list = effect_candidates(plant, operation);
+    std::erase_if(list, [](const EffectCandidate& own) {
+      const EffectId& effect = own.label().effect;
+      const bool of_sensor = own.location == "sensor:travel"_at && (effect == "sensor_lag" || effect == "time_delay");
+      return !of_sensor && effect != "damper_asymmetry";
+    });
+    return list;
+  };
+  Random random = numbers(845);
+  for (int draw = 0; draw < 2; ++draw) {
+    Plant truth = nominal;
+    truth.sensors[0].path.lag.cutoff_hz = 30 + 30 * random.uniform();
+    truth.sensors[0].path.lag.damping_ratio = 0.8;
+    truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.08}});
+    RecordSet set = in_motion(truth, 1200);
+    for (auto& record : set.records)
+      for (Index i = 0; i < record.signal.y.rows(); ++i)
+        record.signal.y.row(i) += set.noise_std.at(truth.sensors[static_cast<std::size_t>(i)].name) *
+                                  random.normal(1, record.signal.y.cols());
+    const auto forms = [&](std::size_t exchanged) {
+      DiagnoseOptions options;
+      options.effort.exchanged = exchanged;
+      const Diagnosis told = diagnose(nominal, set, few, {*solver, *solver, *solver}, options, 846);
+      std::set<std::string> found;
+      for (const CandidateEvidence& pair : told.evidence.pairs)
+        for (const EffectEvidence& effect : pair.effects)
+          if (effect.location == "sensor:travel"_at) found.insert(effect.form);
+      return found;
+    };
+    CAPTURE(truth.sensors[0].path.lag.cutoff_hz);
+    CHECK(forms(0).size() < 3);  // each first effect is one form
+    CHECK(forms(3) == std::set<std::string>{"late reading", "first order", "second order"});
   }
 }
