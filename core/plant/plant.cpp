@@ -23,8 +23,8 @@ std::string joined(const std::vector<std::string>& names) {
                   (near.empty() ? "" : ", did you mean \"" + near + "\"?") + " Known: " + joined(known));
 }
 
-/// A number of a plant as it is met, without a copy of any text.
-struct Met {
+/// A number of a plant while it is visited: no text is copied.
+struct VisitedNumber {
   std::string_view prefix, number;  ///< its name is one after the other
   ParameterOwner owner;
   const Place& place;
@@ -46,13 +46,14 @@ struct Met {
   }
 };
 
-/// Calls visit(met, value) for every number of the paths; those that are ideal only if `all`.
+/// Calls visit(number, value) for every number of the paths; those that are ideal only if `all`.
 template <class AnyPlant, class Visit>
 void visit_paths(AnyPlant& plant, bool all, Visit visit) {
   const auto in = [&](ParameterOwner owner, const Place& place, const std::string& prefix) {
     return [&visit, all, owner, &place, &prefix](const char* key, const std::string& unit, auto& value, double ideal,
                                                  Range range) {
-      if (all || value != ideal) visit(Met{prefix, key, owner, place, nullptr, unit, default_tolerance, range}, value);
+      if (all || value != ideal)
+        visit(VisitedNumber{prefix, key, owner, place, nullptr, unit, default_tolerance, range}, value);
     };
   };
   for (auto& input : plant.inputs) {
@@ -65,21 +66,22 @@ void visit_paths(AnyPlant& plant, bool all, Visit visit) {
     const std::string prefix = to_string(place) + ".", crosstalk = prefix + "crosstalk.";
     visit_sensor_path(sensor.path, sensor.unit, in(ParameterOwner::sensor_path, place, prefix));
     for (auto& [channel, factor] : sensor.path.crosstalk)
-      visit(Met{crosstalk, channel, ParameterOwner::crosstalk, place, nullptr, "-", default_tolerance, Range{}},
-            factor);
+      visit(
+          VisitedNumber{crosstalk, channel, ParameterOwner::crosstalk, place, nullptr, "-", default_tolerance, Range{}},
+          factor);
   }
   const Place clock = clock_place();
   const std::string prefix = to_string(clock) + ".";
   in(ParameterOwner::clock, clock, prefix)("clock_skew", "-", plant.clock_skew, 0, Range{});
 }
 
-/// Calls visit(met, value) for every scalar that a fit may move.
+/// Calls visit(number, value) for every scalar that a fit may move.
 template <class AnyPlant, class Visit>
 void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
   for (auto& mass : plant.masses) {
     const Place place = part_place(mass.name);
     const std::string prefix = mass.name + ".";
-    visit(Met{prefix, "mass_kg", ParameterOwner::mass, place, nullptr, "kg", mass.tolerance, Range{.low = 0}},
+    visit(VisitedNumber{prefix, "mass_kg", ParameterOwner::mass, place, nullptr, "kg", mass.tolerance, Range{.low = 0}},
           mass.mass_kg);
   }
   for (auto& element : plant.elements) {
@@ -91,16 +93,17 @@ void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
       for (std::size_t k = 0; k < law.values.size(); ++k) {
         if (!std::isfinite(law.values[k])) continue;  // "none", e.g. no travel limit
         const LawParameter& parameter = law.kind->parameters[law.kind->parameters.front().is_list ? 0 : k];
-        visit(
-            Met{prefix, names[k], ParameterOwner::law, place, law.kind, parameter.unit, law.tolerance, parameter.range},
-            law.values[k]);
+        visit(VisitedNumber{prefix, names[k], ParameterOwner::law, place, law.kind, parameter.unit, law.tolerance,
+                            parameter.range},
+              law.values[k]);
       }
     }
   }
   for (auto& load : plant.loads) {
     const Place place = location_of(plant, load);
     const std::string prefix = "load:" + load.name + ".";
-    visit(Met{prefix, "force_n", ParameterOwner::load, place, nullptr, "N", load.tolerance, Range{}}, load.force_n);
+    visit(VisitedNumber{prefix, "force_n", ParameterOwner::load, place, nullptr, "N", load.tolerance, Range{}},
+          load.force_n);
   }
   visit_paths(plant, ideal_paths, visit);
 }
@@ -217,7 +220,8 @@ std::vector<std::string> memory_names(const Plant& plant) {
 
 std::vector<PlantParameter> plant_parameters(const Plant& plant) {
   std::vector<PlantParameter> list;
-  visit_parameters(plant, false, [&](const Met& met, double value) { list.push_back(met.parameter(value)); });
+  visit_parameters(plant, false,
+                   [&](const VisitedNumber& number, double value) { list.push_back(number.parameter(value)); });
   // In the same order, and as many of each law.
   std::size_t at = plant.masses.size();
   for (const Element& element : plant.elements)
@@ -229,8 +233,8 @@ std::vector<PlantParameter> plant_parameters(const Plant& plant) {
 
 double get_parameter(const Plant& plant, std::string_view name) {
   const double* found = nullptr;
-  visit_parameters(plant, true, [&](const Met& met, const double& value) {
-    if (met.is_called(name)) found = &value;
+  visit_parameters(plant, true, [&](const VisitedNumber& number, const double& value) {
+    if (number.is_called(name)) found = &value;
   });
   if (!found) unknown(plant, "parameter", name, parameter_names(plant));
   return *found;
@@ -238,8 +242,8 @@ double get_parameter(const Plant& plant, std::string_view name) {
 
 void set_parameter(Plant& plant, std::string_view name, double value) {
   double* found = nullptr;
-  visit_parameters(plant, true, [&](const Met& met, double& slot) {
-    if (met.is_called(name)) found = &slot;
+  visit_parameters(plant, true, [&](const VisitedNumber& number, double& slot) {
+    if (number.is_called(name)) found = &slot;
   });
   if (!found) unknown(plant, "parameter", name, parameter_names(plant));
   for (Element& element : plant.elements)

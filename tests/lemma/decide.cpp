@@ -327,9 +327,20 @@ TEST_CASE("what may be the error of a form is explained by further effects nearl
 TEST_CASE(
     "a parameter beside an effect is named where it alone takes off enough, never where a wrong form bends others") {
   Evidence evidence = friction();
-  evidence.singles[0].freed = {freed(evidence, 1, 0.01)};
+  evidence.singles[0].freed = {freed(evidence, 1, 0.002)};
   FreedEvidence& damping = evidence.singles[0].freed[0];
   CHECK(decide(evidence).named == Names{"coulomb_friction@suspension"_effect, "damping_error@suspension"_effect});
+  const Verdict beside_body = [&] {
+    Evidence other = evidence;
+    other.singles[0].freed = {freed(evidence, 0, 0.002)};
+    return decide(other);
+  }();
+  REQUIRE(beside_body.locations.size() >= 2);
+  CHECK(beside_body.locations[1].location == "body"_at);  // its place is told with it, as sure as it is
+  CHECK(beside_body.locations[1].probability == beside_body.suspects[1].probability);
+  damping.chi2 = evidence.singles[0].chi2 - 1;  // it has moved far along what the records do not tell
+  CHECK(decide(evidence).named.size() == 1);
+  damping.chi2 = evidence.samples * 1.002;
   damping.theta[1] = 2;  // nothing is wrong with it
   CHECK(decide(evidence).named.size() == 1);
   damping.theta[1] = 6.5;
@@ -348,14 +359,14 @@ TEST_CASE(
   evidence.singles[0].freed[0].z[0] = 0.1;
   // What belongs to the element of the effect bends with its form, beside a parameter of another part.
   const std::vector<FreedEvidence> of_damping = evidence.singles[0].freed;
-  evidence.singles[0].freed = {freed(evidence, 0, 0.01)};
+  evidence.singles[0].freed = {freed(evidence, 0, 0.002)};
   for (std::size_t i : {1, 2}) {
     evidence.singles[0].freed[0].z[i] = 5;
     CHECK(decide(evidence).named.size() == (evidence.tolerances[i].location == "suspension"_at ? 2 : 1));
     evidence.singles[0].freed[0].z[i] = 0.1;
   }
   evidence.singles[0].freed = of_damping;
-  evidence.singles[0].freed.push_back(freed(evidence, 0, 0.01));  // or would have to be named as well
+  evidence.singles[0].freed.push_back(freed(evidence, 0, -0.006));  // or would have to be named as well
   CHECK(decide(evidence).named.size() == 1);
   evidence.singles[0].freed.pop_back();
   CHECK(decide(evidence).named.size() == 2);

@@ -368,9 +368,12 @@ bool bends_with_form(const CandidateEvidence& candidate, const ToleranceEvidence
 void add_parameter_beside(const Case& c, Verdict& verdict) {
   Effects& effects = std::get<Effects>(verdict.answer);
   const CandidateEvidence& candidate = candidate_of(c.evidence, effects);
+  const auto probability_of = [&](std::size_t i) {
+    const double before = i == 0 ? candidate.chi2 : candidate.freed[i - 1].chi2;
+    return probability_beside(c.evidence, candidate.freed[i], before, c.thresholds);
+  };
   const auto wrong = [&](std::size_t i) {
-    return i < candidate.freed.size() &&
-           probability_beside(c.evidence, candidate.freed[i], c.thresholds) > c.thresholds.stands_out;
+    return i < candidate.freed.size() && probability_of(i) > c.thresholds.stands_out;
   };
   if (!wrong(0)) return;
   const FreedEvidence& freed = candidate.freed.front();
@@ -380,7 +383,7 @@ void add_parameter_beside(const Case& c, Verdict& verdict) {
     if (i != freed.tolerance && std::abs(freed.z[i]) > c.thresholds.not_home &&
         !bends_with_form(candidate, own, c.evidence.tolerances[i]))
       return;
-  const double probability = probability_beside(c.evidence, freed, c.thresholds);
+  const double probability = probability_of(0);
   const Suspect suspect{own.effect,
                         own.location,
                         "",
@@ -392,6 +395,15 @@ void add_parameter_beside(const Case& c, Verdict& verdict) {
   verdict.named.push_back(suspect.name());
   std::erase(verdict.ambiguous_with, suspect.name());
   verdict.suspects.insert(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(candidate.effects.size()), suspect);
+  // Its place is as probable as it is, and stands behind that of the first effect.
+  const auto place = std::find_if(verdict.locations.begin(), verdict.locations.end(),
+                                  [&](const LocationProbability& other) { return other.location == own.location; });
+  if (place == verdict.locations.end())
+    verdict.locations.push_back({own.location, suspect.probability});
+  else
+    place->probability = std::max(place->probability, suspect.probability);
+  std::stable_sort(verdict.locations.begin() + 1, verdict.locations.end(),
+                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
 }
 
 /// Row 3.

@@ -305,15 +305,18 @@ std::string others_out(const Evidence& evidence, const FreedEvidence& freed, con
   return list;
 }
 
-double probability_beside(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds) {
+double probability_beside(const Evidence& evidence, const FreedEvidence& freed, double before,
+                          const Thresholds& thresholds) {
   const double remains = freed.chi2 - (1 + thresholds.floor_error) * evidence.samples;
   const double of_form = std::max(remains, 0.0) / evidence.dispersion / thresholds.directions;
   const double theta = freed.theta[freed.tolerance];
   const double of_tolerances = freed.std_of_tolerances * freed.std_of_tolerances;
   const double of_noise = std::max(freed.std * freed.std - of_tolerances, 0.0);
   const double wald = theta * theta / (1 + of_tolerances + (std::sqrt(evidence.noise.colour) + of_form) * of_noise);
+  const double ratio = std::max(before - freed.chi2, 0.0) / evidence.dispersion;
   const double parameters = static_cast<double>(std::max<std::size_t>(evidence.tolerances.size(), 1));
-  return 1 / (1 + std::exp(-0.5 * wald + std::log(parameters / thresholds.one_wrong) + std::log(thresholds.wrong_by)));
+  return 1 / (1 + std::exp(-0.5 * std::min(wald, ratio) + std::log(parameters / thresholds.one_wrong) +
+                           std::log(thresholds.wrong_by)));
 }
 
 bool parameter_explains(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds) {

@@ -125,12 +125,16 @@ std::string others_out(const Evidence& evidence, const FreedEvidence& freed, con
 /// Probability that a parameter set free beside a candidate is wrong, where one of n parameters is with probability
 /// `one_wrong`, and a wrong one lies N(0, wrong_by^2) tolerances off: log odds = W / 2 - log(n / one_wrong) -
 /// log(wrong_by), W = theta^2 / (1 + v + (sqrt(colour) + r / directions) (std^2 - v)), Wald's statistic of its
-/// deviation against its tolerance, v the part of its variance that the other tolerances leave open. Coloured noise
+/// deviation against its tolerance, v the part of its variance that the other tolerances leave open; or what chi2 fell
+/// by, over the dispersion, where that is less: the likelihood ratio, which a parameter that moved far along what the
+/// records do not tell does not change. Coloured noise
 /// makes the rest up to `colour` times larger than white noise of its power does, and not at all where the parameter
 /// shows at its quiet frequencies: the geometric mean is a judgement. r, the chi2 that is left above the floor, is the
 /// work of a form that is not the rig's. It bends parameters as noise does, those the most that the records tell the
 /// least.
-double probability_beside(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds);
+/// @param before chi2 of the fit without it free
+double probability_beside(const Evidence& evidence, const FreedEvidence& freed, double before,
+                          const Thresholds& thresholds);
 
 /// True if the gap closes with the parameter free, and no other one leaves its tolerance.
 bool parameter_explains(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds);
