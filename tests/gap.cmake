@@ -9,7 +9,7 @@ wheelhop_tests(gap wheelhop_gap wheelhop_variants
   lemma/slow_channels.cpp
   lemma/continuous_drive.cpp
   lemma/plant_fit.cpp
-  lemma/hypothesis.cpp
+  lemma/hypothesis.cpp lemma/parameter_label.cpp
   lemma/closure.cpp
   lemma/pieces.cpp
   lemma/force_screen.cpp
