@@ -447,7 +447,7 @@ TEST_CASE("the best pair is fitted with every near law of its instrument, not on
     truth.sensors[0].path.lag.cutoff_hz = 30 + 30 * random.uniform();
     truth.sensors[0].path.lag.damping_ratio = 0.8;
     truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.08}});
-    RecordSet set = in_motion(truth, 1200);
+    RecordSet set = in_motion(truth, 600);
     for (auto& record : set.records)
       for (Index i = 0; i < record.signal.y.rows(); ++i)
         record.signal.y.row(i) += set.noise_std.at(truth.sensors[static_cast<std::size_t>(i)].name) *
