@@ -24,8 +24,8 @@ enum class PlaceKind {
 
 struct Place {
   PlaceKind kind = PlaceKind::part;
-  std::string name =
-      {};  ///< of the part, mass, channel or input; empty for the only drive's path, the clock, and no place at all
+  /// Of the part, mass, channel or input; empty for the path of the only drive, the clock, and no place at all.
+  std::string name = {};
   bool operator==(const Place&) const = default;
   /// True of no place at all.
   bool empty() const { return kind == PlaceKind::part && name.empty(); }

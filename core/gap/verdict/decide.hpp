@@ -29,7 +29,8 @@
 /// | 3d  |   likewise, otherwise                                                              | row 4          |
 /// | 3e  |   otherwise                                                                        | Effects        |
 /// | 3f  |   likewise, and one parameter is wrong beside it (P > `stands_out`), with which    | Effects and a  |
-/// |     |   free all others lie within `not_home`                                            | parameter      |
+/// |     |   free all others lie within `not_home`, but for those of an element where an      | parameter      |
+/// |     |   effect acts, which the error of its form bends                                   |                |
 /// | 4   | something unknown, at the place where an unknown signal explains most, and         |                |
 /// | 4a  |   one channel alone: no place is told                                              | Insufficient   |
 /// | 4b  |   two places explain all, one does not                                             | AtTwoPlaces    |
