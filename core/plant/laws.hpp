@@ -51,7 +51,8 @@ struct LawMemory {
   /// What a step dx of the travel does to the states, where it is known in closed form: a held drive moves in steps.
   /// Without it the step counts as the velocity of the interval that follows.
   void (*jump)(std::span<const double> p, double dx, double* z) = nullptr;
-  /// Stored energy [J] of the states alone, and the power turned into heat [W]: force * v = energy' + dissipation.
+  /// Stored energy [J] of the states alone, nullptr if they store none, and the power turned into heat [W]:
+  /// force * v = energy' + dissipation.
   double (*energy)(std::span<const double> p, const double* z) = nullptr;
   double (*dissipation)(std::span<const double> p, double x, double v, const double* z) = nullptr;
 };
@@ -102,6 +103,16 @@ struct LawKind {
   bool is_correction = false;
   LawRole role = LawRole::force;
   LawMemory memory = {};  ///< with states, this alone gives the law's force, slopes, energy and dissipation
+
+  /// True of a force of the travel alone, which turns nothing into heat.
+  bool is_elastic() const {
+    return role == LawRole::force && memory.states == 0 && energy != nullptr && dissipation == nullptr;
+  }
+  /// True of a force that stores nothing: it vanishes at rest, and is one of a damper or corrects one.
+  bool is_dissipative() const {
+    if (role != LawRole::force) return false;
+    return memory.states == 0 ? energy == nullptr && dissipation != nullptr : memory.energy == nullptr;
+  }
 };
 
 /// One law of an element: its kind and the values of its parameters.

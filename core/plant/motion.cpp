@@ -501,7 +501,7 @@ Motion::Energy Motion::energy(const double* q, const double* v, const double* z)
       if (memory.jump && branch.driven >= 0 &&
           memory.force(laws_[k].values, travel, rate, z + state, own, z_rate_.data() + state))
         gradient += own;
-      result.potential_j += memory.energy(laws_[k].values, z + state);
+      if (memory.energy) result.potential_j += memory.energy(laws_[k].values, z + state);
       result.dissipated_w += memory.dissipation(laws_[k].values, travel, rate, z + state);
       state += static_cast<std::size_t>(memory.states);
     }

@@ -324,6 +324,45 @@ TEST_CASE("what may be the error of a form is explained by further effects nearl
   CHECK(told(2, 1.8).largest.count == 2);
 }
 
+TEST_CASE("beside an effect that stores nothing its element's damping bends, and beside an elastic one the stiffness") {
+  const auto named = [](std::size_t wrong, std::size_t bent, bool elastic, bool dissipative) {
+    Evidence evidence = friction();
+    evidence.tolerances[2].location = "suspension"_at;
+    evidence.singles[0].effects[0].elastic = elastic;
+    evidence.singles[0].effects[0].dissipative = dissipative;
+    evidence.singles[0].freed = {freed(evidence, wrong, 0.002)};
+    evidence.singles[0].freed[0].z[bent] = 5;
+    return decide(evidence).named.size();
+  };
+  const std::size_t body = 0, damping = 1, stiffness = 2;
+  CHECK(named(stiffness, damping, false, true) == 2);
+  CHECK(named(damping, stiffness, true, false) == 2);
+  CHECK(named(stiffness, damping, true, false) == 1);
+  CHECK(named(damping, stiffness, false, true) == 1);
+  CHECK(named(damping, stiffness, false, false) == 1);
+  CHECK(named(stiffness, body, false, true) == 1);
+}
+
+TEST_CASE("at one place an elastic and a dissipative effect are two, and two of one kind are one form's error") {
+  const auto told = [](double left, const char* kinds) {
+    Evidence evidence = evidence_with_gap(100);
+    evidence.singles = {single(evidence, "bump_stop", "suspension", 5)};
+    evidence.pairs = {pair(evidence, "bump_stop", "damper_nonlinearity", "suspension", "suspension", left)};
+    for (std::size_t i = 0; i < 2; ++i) {
+      evidence.pairs[0].effects[i].elastic = kinds[i] == 'e';
+      evidence.pairs[0].effects[i].dissipative = kinds[i] == 'd';
+    }
+    return decide(evidence).named.size();
+  };
+  for (const double left : {0.01, 0.3}) {
+    CAPTURE(left);
+    CHECK(told(left, "ed") == 2);
+    CHECK(told(left, "de") == 2);
+    for (const char* kinds : {"ee", "dd", "e-", "-d", "--"}) CHECK(told(left, kinds) == 1);
+  }
+  CHECK(told(0.8, "ed") == 1);  // not nearly whole
+}
+
 TEST_CASE(
     "a parameter beside an effect is named where it alone takes off enough, never where a wrong form bends others") {
   Evidence evidence = friction();

@@ -2,6 +2,7 @@
 #include "core/plant/laws.hpp"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -253,6 +254,39 @@ TEST_CASE("every law works between the ground and a mass") {
     if (kind.name != "bump_stop" && kind.name != "hardening_spring")
       CHECK((with.outputs - without.outputs).norm() > 1e-8 * without.outputs.norm());
   }
+}
+
+TEST_CASE(
+    "an elastic law's force does not depend on the rate, a dissipative one's vanishes with it, and none is both") {
+  std::size_t elastic = 0, dissipative = 0;
+  for (const LawKind& kind : law_table()) {
+    CAPTURE(kind.name);
+    CHECK_FALSE((kind.is_elastic() && kind.is_dissipative()));
+    Json text = {{"law", kind.name}};
+    for (const LawParameter& parameter : kind.parameters) {
+      if (parameter.is_list)
+        text[parameter.name] = {1000, 0, 1e5};
+      else if (parameter.typical != 0 || parameter.required)
+        text[parameter.name] = parameter.typical != 0 ? parameter.typical : 1000;
+    }
+    const Law law = parse_law(JsonCursor::from(text, "law.json"));
+    elastic += kind.is_elastic();
+    dissipative += kind.is_dissipative();
+    for (const double x : {-0.02, 0.001, 0.03}) {
+      double still = 0, moving = 0;
+      if (kind.is_dissipative() && kind.memory.states > 0) {
+        std::array<double, max_law_states> z = {0.3, 0.3}, rate;
+        REQUIRE(kind.memory.force(law.values, x, 0, z.data(), still, rate.data()));
+        CHECK(still == 0);
+        continue;
+      }
+      if (!(kind.is_elastic() || kind.is_dissipative()) || !law.force(x, 0, still)) continue;
+      if (kind.is_dissipative()) CHECK(still == 0);
+      if (kind.is_elastic() && law.force(x, 0.7, moving)) CHECK(moving == still);
+    }
+  }
+  CHECK(elastic >= 5);
+  CHECK(dissipative >= 5);
 }
 
 TEST_CASE("stable substeps follow the stiffest law") {

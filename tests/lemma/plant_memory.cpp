@@ -43,15 +43,15 @@ TEST_CASE("a law with memory rests at zero, splits its power into stored energy 
     REQUIRE(kind.memory.force(law.values, 0.03, 0, &zero, f, &rate));
     CHECK(f == 0);
     CHECK(rate == 0);
-    CHECK(kind.memory.energy(law.values, &zero) == 0);
+    const auto energy = [&](const double* z) { return kind.memory.energy ? kind.memory.energy(law.values, z) : 0; };
+    CHECK(energy(&zero) == 0);
     for (int trial = 0; trial < 60; ++trial) {
       const double x = 0.03 * random.normal(), v = random.normal();
       double z = scale * (2 * random.uniform() - 1);
       REQUIRE(kind.memory.force(law.values, x, v, &z, f, &rate));
       const double h = 1e-6 * scale;
       const double above = z + h, below = z - h;
-      const double gradient =
-          (kind.memory.energy(law.values, &above) - kind.memory.energy(law.values, &below)) / (2 * h);
+      const double gradient = (energy(&above) - energy(&below)) / (2 * h);
       const double heat = kind.memory.dissipation(law.values, x, v, &z);
       CHECK(f * v == Approx(gradient * rate + heat).epsilon(1e-6).margin(1e-6));
       if (!kind.is_correction) CHECK(heat >= 0);

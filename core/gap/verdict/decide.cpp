@@ -191,8 +191,8 @@ std::optional<Level> grown(const Case& c, const CandidateEvidence& before) {
   const double removes = before.chi2 - set.chi2;
   if (!(removes > std::max(c.thresholds.grows * (before.chi2 - e.samples), c.thresholds.notice * chance_of(e))))
     return {};
-  // Where the error of a form enters, another effect is no more than a better form.
-  if (shares_place(set, last) && within_form(e, before, c.thresholds)) return {};
+  // Where the error of a form enters, another effect of its kind is no more than a better form.
+  if (!differs_in_kind(set, last) && within_form(e, before, c.thresholds)) return {};
   level.needed = effect_needed(e, set, last, before.chi2, c.thresholds);
   for (std::size_t i = 0; i <= last; ++i) {
     const double without = last == 1                     ? set.alone_chi2[1 - i]
@@ -353,14 +353,22 @@ Verdict doubted(const Case& c, const CandidateEvidence& answer, const RankedCand
 }
 
 /// True of a parameter that an inexact form of the effects bends, since it belongs to an element where one of them
-/// acts: the bend of a spring whichever parameter is free, a stiffness or damping where that one is of another part.
+/// acts: the bend of a spring whichever parameter is free, a stiffness or damping where that one is of another part,
+/// and where it is of the same one, the damping by effects that store nothing and the stiffness by those of the travel.
 bool bends_with_form(const CandidateEvidence& candidate, const ToleranceEvidence& free,
                      const ToleranceEvidence& other) {
-  const auto acts_at = [&](const Place& place) {
-    return std::any_of(candidate.effects.begin(), candidate.effects.end(),
-                       [&](const EffectEvidence& effect) { return effect.location == place; });
-  };
-  return acts_at(other.location) && (!is_parameter_error(other.effect) || !acts_at(free.location));
+  bool acts = false, acts_at_free = false, elastic = true, dissipative = true;
+  for (const EffectEvidence& effect : candidate.effects) {
+    acts_at_free = acts_at_free || effect.location == free.location;
+    if (effect.location != other.location) continue;
+    acts = true;
+    elastic = elastic && effect.elastic;
+    dissipative = dissipative && effect.dissipative;
+  }
+  if (!acts) return false;
+  if (!is_parameter_error(other.effect) || !acts_at_free) return true;
+  if (free.effect == other.effect) return false;
+  return (dissipative && other.effect == "damping_error") || (elastic && other.effect == "stiffness_error");
 }
 
 /// Names a parameter that is wrong beside the effects. Where with it free another one leaves its tolerance that no form

@@ -21,7 +21,8 @@
 /// |     | removes `grows` of what is left; named is the largest set of which each effect     |                |
 /// |     | removes `second` of what the others leave; of what may be the error of a form      |                |
 /// |     | (at most `worth_second` of the gap, entering at its place) further effects, at     |                |
-/// |     | other places, have to leave less than `of_rest`; then                              |                |
+/// |     | other places or a damper's beside a spring's, have to leave less than `of_rest`;   |                |
+/// |     | then                                                                               |                |
 /// | 3a  |   a defining size is odd, but the effect explains the gap (`explains_well`)        | AtPlace, there |
 /// | 3b  |   it explains too little, its place is wrong, or its size odd; and                 |                |
 /// |     |   gap left <= `too_small`, no parameter bent beyond `out_of_tolerance`             | NoGap          |

@@ -159,6 +159,8 @@ struct EffectEvidence {
   std::string form;
   std::vector<FittedParameter> parameters;
   std::vector<DefiningSize> defining;
+  bool elastic = false;      ///< its law's force is one of the travel alone (LawKind::is_elastic)
+  bool dissipative = false;  ///< its law stores nothing (LawKind::is_dissipative)
   EffectAt name() const { return {effect, location}; }
   template <class V>
   void fields(V&& visit) {
@@ -167,6 +169,8 @@ struct EffectEvidence {
     visit("form", form);
     visit("parameters", parameters);
     visit("defining", defining);
+    visit("elastic", elastic);
+    visit("dissipative", dissipative);
   }
 };
 

@@ -275,6 +275,16 @@ bool shares_place(const CandidateEvidence& set, std::size_t which) {
                        [&](const EffectEvidence& other) { return other.location == place; }) > 1;
 }
 
+bool differs_in_kind(const CandidateEvidence& set, std::size_t which) {
+  const EffectEvidence& own = set.effects[which];
+  for (std::size_t i = 0; i < set.effects.size(); ++i) {
+    const EffectEvidence& other = set.effects[i];
+    if (i == which || other.location != own.location) continue;
+    if (!(own.elastic && other.dissipative) && !(own.dissipative && other.elastic)) return false;
+  }
+  return true;
+}
+
 bool effect_needed(const Evidence& evidence, const CandidateEvidence& set, std::size_t which, double chi2_without,
                    const Thresholds& thresholds) {
   // At one place another effect may be no more than what the first one's form does not fit: it has to do better.

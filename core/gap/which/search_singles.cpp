@@ -70,6 +70,15 @@ std::vector<DefiningSize> defining_sizes(const Label& label, const Plant& fitted
   return list;
 }
 
+/// The kind of law whose parameter is the strength of an effect; null of what is no law.
+const LawKind* law_of(const EffectCandidate& effect, const std::vector<PlantParameter>& fitted) {
+  if (effect.parameters.empty()) return nullptr;
+  const auto own = std::find_if(fitted.begin(), fitted.end(), [&](const PlantParameter& parameter) {
+    return parameter.name == effect.parameters.front().name;
+  });
+  return own == fitted.end() ? nullptr : own->handle.law;
+}
+
 /// What a fit tells whatever its effects are called.
 CandidateEvidence unlabelled(const Search& search, const Hypothesis& hypothesis) {
   CandidateEvidence out;
@@ -93,6 +102,7 @@ std::vector<CandidateEvidence> evidence_of(const Search& search, const Hypothesi
   const CandidateEvidence common = unlabelled(search, hypothesis);
   const std::vector<std::vector<FittedParameter>> sizes = fitted_by_effect(search, hypothesis);
   const Plant& fitted = hypothesis.fit.plant;
+  const std::vector<PlantParameter> numbers = plant_parameters(fitted);
   std::vector<CandidateEvidence> list;
   for (const std::vector<std::size_t>& labels : labellings(hypothesis.effects)) {
     CandidateEvidence own = common;
@@ -100,8 +110,10 @@ std::vector<CandidateEvidence> evidence_of(const Search& search, const Hypothesi
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const EffectCandidate& effect = hypothesis.effects[i];
       const Label& label = effect.labels[labels[i]];
-      own.effects.push_back(
-          {label.effect, effect.location, form_of(label, fitted), sizes[i], defining_sizes(label, fitted)});
+      const LawKind* law = law_of(effect, numbers);
+      own.effects.push_back({label.effect, effect.location, form_of(label, fitted), sizes[i],
+                             defining_sizes(label, fitted), law != nullptr && law->is_elastic(),
+                             law != nullptr && law->is_dissipative()});
       own.log_plausibility += log_plausibility(label, fitted);
     }
     list.push_back(std::move(own));

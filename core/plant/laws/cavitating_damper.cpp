@@ -90,7 +90,6 @@ LawKind cavitating_damper() {
     s.dz_dz[0] = rate > 0 ? 0 : rate / back;
     return true;
   };
-  kind.memory.energy = [](std::span<const double>, const double*) { return 0.0; };
   kind.memory.dissipation = [](std::span<const double> p, double, double v, const double* z) {
     return filling(p, v) > 0 ? -p[damping] * v * v * missing(p, z[0]) : 0.0;
   };

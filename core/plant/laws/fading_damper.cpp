@@ -54,7 +54,6 @@ LawKind fading_damper() {
     s.dz_dz[0] = -p[damping] * p[fade] * share * share * v * v / p[capacity] - 1 / p[cooling];
     return 1 + p[fade] * z[0] > 0;
   };
-  kind.memory.energy = [](std::span<const double>, const double*) { return 0.0; };  // heat does not come back
   kind.memory.dissipation = [](std::span<const double> p, double, double v, const double* z) {
     return p[damping] * v * v * (left(p, z[0]) - 1);
   };
