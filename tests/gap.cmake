@@ -8,6 +8,7 @@ wheelhop_tests(gap wheelhop_gap wheelhop_variants
   lemma/noise_floor.cpp
   lemma/slow_channels.cpp
   lemma/continuous_drive.cpp
+  lemma/coupling_start.cpp
   lemma/plant_fit.cpp
   lemma/hypothesis.cpp lemma/parameter_label.cpp
   lemma/closure.cpp

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/data/metrics.hpp"
 #include "core/data/resample.hpp"
@@ -15,6 +16,8 @@ namespace {
 
 constexpr Index kLong = 8;    // blocks
 constexpr Index kStart = 20;  // of a block
+
+std::string stored_name(const Sensor& sensor) { return to_string(sensor_place(sensor.name)) + ".stored"; }
 
 /// Samples at either end of a record that are not compared, see `kUnsureEnds`.
 Index unsure_ends(const Plant& plant, Index samples) { return plant.held() ? 0 : std::min(kUnsureEnds, samples / 10); }
@@ -52,8 +55,15 @@ std::vector<std::pair<Index, double>> known_states(const Plant& plant, const Kno
   return list;
 }
 
+std::vector<std::string> inner_state_names(const Plant& plant) {
+  std::vector<std::string> names = memory_names(plant);
+  for (const Sensor& sensor : plant.sensors)
+    if (sensor.path.high_pass_hz > 0) names.push_back(stored_name(sensor));
+  return names;
+}
+
 Vector memories_of(const Plant& plant, const InitialState& state) {
-  const std::vector<std::string> names = memory_names(plant);
+  const std::vector<std::string> names = inner_state_names(plant);
   Vector values = Vector::Zero(static_cast<Index>(names.size()));
   for (const auto& [name, value] : state.memories)
     if (const auto own = std::find(names.begin(), names.end(), name); own != names.end())
@@ -63,7 +73,9 @@ Vector memories_of(const Plant& plant, const InitialState& state) {
 
 Vector whole_state(const Plant& plant, const InitialState& state) {
   const Index known = state.motion.size() / 2, n = plant.mass_count();
-  const Vector memories = state.memories.empty() ? Vector() : memories_of(plant, state);
+  Vector memories;  // of the laws
+  if (!state.memories.empty())
+    memories = memories_of(plant, state).head(static_cast<Index>(memory_names(plant).size()));
   Vector whole = Vector::Zero(2 * n + memories.size());
   whole.head(known) = state.motion.head(known);
   whole.segment(n, known) = state.motion.tail(known);
@@ -82,11 +94,27 @@ Vector whole_state(const Plant& plant, const InitialState& state) {
   return whole;
 }
 
+Vector stored_by_sensors(const Plant& plant, const InitialState& state) {
+  Vector stored;
+  for (Index i = 0; i < plant.sensor_count(); ++i) {
+    const Sensor& sensor = plant.sensors[static_cast<std::size_t>(i)];
+    if (!(sensor.path.high_pass_hz > 0)) continue;
+    const std::string name = stored_name(sensor);
+    const auto own = std::find_if(state.memories.begin(), state.memories.end(),
+                                  [&](const auto& memory) { return memory.first == name; });
+    if (own == state.memories.end()) continue;
+    if (stored.size() == 0) stored = Vector::Constant(plant.sensor_count(), std::numeric_limits<double>::quiet_NaN());
+    stored(i) = own->second;
+  }
+  return stored;
+}
+
 SimulateOptions run_options(const Plant& plant, const FitRecord& record, const InitialState& initial_state) {
   SimulateOptions options = sparing_steps(plant, kSubsteps, kMostSubsteps);
   options.decimation = record.ratio;
   options.from_equilibrium = options.or_at_zero = initial_state.motion.size() == 0;
   if (initial_state.motion.size() > 0) options.initial_state = whole_state(plant, initial_state);
+  options.stored = stored_by_sensors(plant, initial_state);
   return options;
 }
 

@@ -49,18 +49,25 @@ struct InitialState {
   InitialState(Vector of_motion) : motion(std::move(of_motion)) {}  // NOLINT: a motion is a state with memories at rest
 
   Vector motion;  ///< [q; v] of the plant's first masses; empty: at rest in equilibrium
-  /// Internal states of laws by `memory_names`, so that a plant with other laws beside them finds its own. Those that
-  /// are not listed are at rest.
+  /// Inner states by their names, so that a plant with other laws beside them finds its own. Laws that are not listed
+  /// are at rest, and couplings have stored the first reading.
   std::vector<std::pair<std::string, double>> memories = {};
 };
 
-/// The values of a plant's memories in an initial state, in their order.
+/// Names of the inner states of a plant: `memory_names`, then what the AC coupling of each sensor has stored,
+/// "sensor:travel.stored".
+std::vector<std::string> inner_state_names(const Plant& plant);
+/// The values of a plant's inner states in an initial state, in their order; 0 of those that are not listed.
 Vector memories_of(const Plant& plant, const InitialState& state);
 
 /// An initial state for a plant that may have masses beyond those of the state, at the end of its list: each of them
 /// starts where and as fast as the mass it hangs on.
 /// @return [q; v] of all masses, and [q; v; z] where one of the plant's memories is not at rest
 Vector whole_state(const Plant& plant, const InitialState& state);
+
+/// What the AC coupling of each sensor has stored in an initial state, p, as `apply_sensor_paths` takes it; empty where
+/// none is listed.
+Vector stored_by_sensors(const Plant& plant, const InitialState& state);
 
 /// How a record is simulated from an initial state.
 SimulateOptions run_options(const Plant& plant, const FitRecord& record, const InitialState& initial_state = {});

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 #include "core/data/metrics.hpp"
@@ -89,7 +90,10 @@ Index remembered_samples(const Plant& plant, const FitRecord& record, double mem
 
 /// The records as far as their initial states are seen in them: what is fitted to find nothing else.
 std::vector<FitRecord> remembered_part(const Plant& plant, std::vector<FitRecord> records) {
-  const double memory = memory_s(plant);
+  double memory = memory_s(plant);
+  for (const Sensor& sensor : plant.sensors)
+    if (sensor.path.high_pass_hz > 0)
+      memory = std::max(memory, kForgotten / (2 * std::numbers::pi * sensor.path.high_pass_hz));
   for (FitRecord& record : records)
     record.y.conservativeResize(Eigen::NoChange, remembered_samples(plant, record, memory));
   return records;
@@ -140,7 +144,8 @@ class PlantProblem final : public ResidualProblem {
     motions_ = state_scale.size();
     state_scale_.conservativeResize(motions_ + memory_scale.size());
     state_scale_.tail(memory_scale.size()) = memory_scale;
-    if (memory_scale.size() > 0) memory_names_ = memory_names(plant_);
+    laws_memories_ = static_cast<Index>(memory_names(plant_).size());
+    if (memory_scale.size() > 0) memory_names_ = inner_state_names(plant_);
     const double infinity = std::numeric_limits<double>::infinity();
     box_ = {Vector::Constant(this->parameters(), -infinity), Vector::Constant(this->parameters(), infinity)};
     const Box of_parameters = bounds(plant_, parameters_);
@@ -261,8 +266,8 @@ class PlantProblem final : public ResidualProblem {
   bool known_column(Index j, MatrixRef J) const {
     const Index known = other_->theta.size(), state = j - moved();
     if (j >= known && state < 0) return false;
-    // The other fit's plant may have other laws with memory.
-    if (state >= motions_ && memory_names(other_->plant) != memory_names_) return false;
+    // The other fit's plant may have other inner states.
+    if (state >= motions_ && inner_state_names(other_->plant) != memory_names_) return false;
     J.col(j) = other_->jacobian.col(j < known ? j : state + known);
     return true;
   }
@@ -296,8 +301,14 @@ class PlantProblem final : public ResidualProblem {
             change.motion(state) = state_scale_(state);
           else
             change.memories = {{memory_names_[static_cast<std::size_t>(state - motions_)], state_scale_(state)}};
-          variation.initial = whole_state(plant, change);
-          variation.kept_samples = remembered_samples(plant_, record, memory_s_);
+          variation.stored = stored_by_sensors(plant, change);
+          // A coupling is no part of the motion.
+          if (state >= motions_ + laws_memories_) {
+            variation.kept_samples = 0;
+          } else {
+            variation.initial = whole_state(plant, change);
+            variation.kept_samples = remembered_samples(plant_, record, memory_s_);
+          }
         } else if (neighbour(theta, j, step, neighbours[k])) {
           variation.neighbour = &neighbours[k];
         } else {
@@ -330,6 +341,7 @@ class PlantProblem final : public ResidualProblem {
   Vector state_scale_;                     // [q; v; z]
   Index motions_ = 0;                      // of these, [q; v]
   std::vector<std::string> memory_names_;  // of those that are free
+  Index laws_memories_ = 0;                // of these, those of laws
   Box box_;
   double memory_s_ = 0;
   std::vector<Index> first_;
@@ -377,28 +389,77 @@ bool typical_states(const Plant& plant, const std::vector<FitRecord>& records, V
   return true;
 }
 
-/// What a memory of this plant is in size under its drives, seen in a simulation from given states; not known where
-/// that fails.
+/// The plant whose sensors read what goes into their AC couplings.
+Plant before_couplings(Plant plant) {
+  for (Sensor& sensor : plant.sensors) {
+    SensorPath path;
+    path.gain = sensor.path.gain;
+    path.crosstalk = sensor.path.crosstalk;
+    path.delay_s = sensor.path.delay_s;
+    path.lag = sensor.path.lag;
+    sensor.path = path;
+  }
+  return plant;
+}
+
+/// What an inner state of this plant is in size under its drives, seen in a simulation from given states: the RMS of
+/// what a law remembers, and of what a coupling stores beyond its reading at rest. Not known where that fails.
+/// @param rest of each record
 Vector typical_memories(const Plant& plant, const std::vector<FitRecord>& records,
-                        const std::vector<InitialState>& initial_states) {
-  const auto count = static_cast<Index>(memory_names(plant).size());
+                        const std::vector<InitialState>& initial_states, const std::vector<InitialState>& rest) {
+  const auto count = static_cast<Index>(inner_state_names(plant).size());
+  const auto of_laws = static_cast<Index>(memory_names(plant).size());
+  const Plant uncoupled = count > of_laws ? before_couplings(plant) : plant;
   Vector scale = Vector::Zero(count);
   for (std::size_t i = 0; i < records.size() && count > 0; ++i) {
     const Simulation run =
-        simulate_measured(plant, records[i].drive, run_options(plant, records[i], initial_states[i]));
+        simulate_measured(uncoupled, records[i].drive, run_options(plant, records[i], initial_states[i]));
     if (run.status != Status::ok) return {};
-    scale = scale.cwiseMax(rms(run.states.bottomRows(count)));
+    Vector own(count);
+    if (of_laws > 0) own.head(of_laws) = rms(run.states.bottomRows(of_laws));
+    const Vector stored_at_rest = stored_by_sensors(plant, rest[i]);
+    for (Index sensor = 0, next = of_laws; next < count; ++sensor) {
+      const double corner_hz = plant.sensors[static_cast<std::size_t>(sensor)].path.high_pass_hz;
+      if (!(corner_hz > 0)) continue;
+      const Vector stored = apply_lag({.time_constant_s = 1 / (2 * std::numbers::pi * corner_hz)},
+                                      run.outputs.row(sensor).array().transpose() - stored_at_rest(sensor),
+                                      plant.hold_hz() / static_cast<double>(records[i].ratio));
+      own(next++) = std::sqrt(stored.squaredNorm() / static_cast<double>(stored.size()));
+    }
+    scale = scale.cwiseMax(own);
   }
   return scale.cwiseMax(kLeastMemory);
 }
 
+/// An initial state in which each coupling that is not listed has stored its reading at rest.
+InitialState with_stored(const Plant& plant, const FitRecord& record, InitialState state) {
+  const auto of_laws = memory_names(plant).size();
+  const std::vector<std::string> names = inner_state_names(plant);
+  const auto listed = [&](const std::string& name) {
+    return std::any_of(state.memories.begin(), state.memories.end(),
+                       [&](const auto& memory) { return memory.first == name; });
+  };
+  if (std::all_of(names.begin() + static_cast<std::ptrdiff_t>(of_laws), names.end(), listed)) return state;
+  const Simulation rest =
+      simulate_measured(before_couplings(plant), record.drive.leftCols(record.ratio), run_options(plant, record));
+  if (rest.status != Status::ok) return state;
+  auto next = names.begin() + static_cast<std::ptrdiff_t>(of_laws);
+  for (Index i = 0; i < plant.sensor_count(); ++i) {
+    if (!(plant.sensors[static_cast<std::size_t>(i)].path.high_pass_hz > 0)) continue;
+    if (!listed(*next)) state.memories.emplace_back(*next, rest.outputs(i, 0));
+    ++next;
+  }
+  return state;
+}
+
 /// Rest in equilibrium of each record of a fit.
-std::vector<InitialState> at_rest(const PlantFit& fit, std::size_t records) {
+std::vector<InitialState> at_rest(const PlantFit& fit, const std::vector<FitRecord>& records) {
   std::vector<InitialState> list;
   const Index states = fit.state_scale.size();
-  for (std::size_t i = 0; i < records; ++i)
-    list.emplace_back(
-        Vector(fit.states_at_rest.segment(states * static_cast<Index>(i), states).cwiseProduct(fit.state_scale)));
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Vector rest = fit.states_at_rest.segment(states * static_cast<Index>(i), states);
+    list.push_back(with_stored(fit.plant, records[i], Vector(rest.cwiseProduct(fit.state_scale))));
+  }
   return list;
 }
 
@@ -432,7 +493,7 @@ void hold_known(const PlantFit& fit, const std::vector<FitRecord>& records, Vect
     for (const auto& [state, value] : known_states(fit.plant, records[i].start, rest.cwiseProduct(fit.state_scale)))
       hold(state, value / fit.state_scale(state));
     if (records[i].start.rest)
-      for (Index state = motions; state < own; ++state) hold(state, 0);
+      for (Index state = motions; state < own; ++state) hold(state, mean(first + state));
   }
 }
 
@@ -508,23 +569,24 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
                    const std::vector<FitRecord>& records, const Solver& solver, const FitOptions& options) {
   PlantFit fit;
   fit.plant = plant;
-  std::vector<InitialState> begin;
+  std::vector<InitialState> begin, resting;
   if (options.from) {
     fit.state_scale = options.from->state_scale;
     fit.states_at_rest = options.from->states_at_rest;
-    begin.assign(options.from->initial_states.begin(),
-                 options.from->initial_states.begin() + static_cast<std::ptrdiff_t>(records.size()));
+    for (std::size_t i = 0; i < records.size(); ++i)
+      begin.push_back(with_stored(plant, records[i], options.from->initial_states[i]));
+    resting = at_rest(fit, records);
   } else if (typical_states(plant, records, fit.state_scale, fit.states_at_rest)) {
-    begin = at_rest(fit, records.size());
+    begin = resting = at_rest(fit, records);
   } else {
     fit.solution.status = Status::outside_domain;
     fit.solution.message = "the plant as delivered cannot follow the drive";
     return fit;
   }
-  const bool same = options.from && memory_names(options.from->plant) == memory_names(plant);
-  fit.memory_scale = same ? options.from->memory_scale : typical_memories(plant, records, begin);
+  const bool same = options.from && inner_state_names(options.from->plant) == inner_state_names(plant);
+  fit.memory_scale = same ? options.from->memory_scale : typical_memories(plant, records, begin, resting);
   fit.dispersion = records.empty() ? 1 : records.front().dispersion;
-  Vector rest = packed(fit, at_rest(fit, records.size())), start = packed(fit, begin);
+  Vector rest = packed(fit, resting), start = packed(fit, begin);
   Vector state_precision = Vector::Constant(start.size(), fit.dispersion / (kStateSpread * kStateSpread));
   hold_known(fit, records, rest, start, state_precision);
   if (!options.from) {

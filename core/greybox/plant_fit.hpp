@@ -38,7 +38,7 @@ std::vector<FitParameter> tolerance_parameters(const Plant& plant);
 
 /// r = (yhat_k - y_k) ./ weight_std over all records, readings not rounded (rounding has no derivative). theta: the
 /// parameters in units of their scale, then the initial state of each record: [q; v] in units of `state_scale`, then
-/// the memories of the plant's laws in units of `memory_scale`. Derivatives by `Tangent`, beside one simulation of
+/// the inner states of the plant in units of `memory_scale`. Derivatives by `Tangent`, beside one simulation of
 /// every record; an initial state is followed in its own record alone, and as far as the plant's slowest mode remembers
 /// it. Records run side by side. Outside the domain: a simulation that fails, a mass that is not positive, a parameter
 /// outside its range, or one with a tolerance across zero.

@@ -36,8 +36,8 @@ struct Felt {
   }
 
   Simulation measured(Simulation simulation) const {
-    simulation.outputs =
-        apply_sensor_paths(plant, simulation.outputs, plant.hold_hz() / static_cast<double>(options.decimation));
+    simulation.outputs = apply_sensor_paths(plant, simulation.outputs,
+                                            plant.hold_hz() / static_cast<double>(options.decimation), options.stored);
     if (filtered) {
       simulation.outputs = decimate(simulation.outputs, ratio);
       simulation.states = decimate(simulation.states, ratio);
@@ -121,12 +121,14 @@ VariedSimulation simulate_varied(const Plant& plant, ConstMatrixRef drive, Simul
   if (simulation.status != Status::ok) return varied;
   const double rate_hz = plant.hold_hz() / static_cast<double>(options.decimation);
   const Matrix ideal = std::move(simulation.outputs);
-  simulation.outputs = apply_sensor_paths(plant, ideal, rate_hz);
+  simulation.outputs = apply_sensor_paths(plant, ideal, rate_hz, options.stored);
   for (std::size_t c = 0; c < variations.size(); ++c) {
     const double step = variations[c].step;
     const Plant& there = variations[c].neighbour ? *variations[c].neighbour : plant;
     Matrix& change = varied.outputs[c];
-    change = (apply_sensor_paths(there, ideal + step * change, rate_hz) - simulation.outputs) / step;
+    Vector stored = options.stored;
+    if (variations[c].stored.size() > 0 && stored.size() > 0) stored += step * variations[c].stored;
+    change = (apply_sensor_paths(there, ideal + step * change, rate_hz, stored) - simulation.outputs) / step;
     if (filtered) change = decimate(change, ratio);
   }
   if (filtered) {

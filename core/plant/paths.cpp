@@ -181,7 +181,7 @@ bool any_sensor_lags(const Plant& plant) {
   });
 }
 
-Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_hz) {
+Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_hz, const Vector& stored) {
   Matrix readings = ideal;
   for (Index i = 0; i < readings.rows(); ++i) {
     const SensorPath& path = plant.sensors[static_cast<std::size_t>(i)].path;
@@ -192,8 +192,13 @@ Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_
         if (plant.sensors[static_cast<std::size_t>(other)].name == channel) y += factor * ideal.row(other).transpose();
     y = resample_on_grid(y, path.delay_s * rate_hz, 0, 0);
     y = apply_lag(path.lag, y, rate_hz);
-    if (path.high_pass_hz > 0)
-      y -= apply_lag({.time_constant_s = 1 / (2 * std::numbers::pi * path.high_pass_hz)}, y, rate_hz);
+    if (path.high_pass_hz > 0) {
+      const double corner = 2 * std::numbers::pi * path.high_pass_hz;
+      const double beyond = stored.size() > 0 && y.size() > 0 && std::isfinite(stored(i)) ? stored(i) - y(0) : 0;
+      y -= apply_lag({.time_constant_s = 1 / corner}, y, rate_hz);
+      for (Index k = 0; k < y.size() && beyond != 0; ++k)
+        y(k) -= beyond * std::exp(-corner * static_cast<double>(k) / rate_hz);
+    }
     if (path.bias != 0 || path.drift_per_s != 0)
       for (Index k = 0; k < y.size(); ++k) {
         const double t = static_cast<double>(k) / rate_hz, settling = path.drift_settling_per_s;

@@ -133,7 +133,9 @@ Matrix drive_at_samples(const Plant& plant, ConstMatrixRef felt);
 Index drive_samples_read(const Plant& plant, Index count);
 
 /// Readings as a record holds them. @param ideal p x N at `rate_hz`, the first column at the record's first sample.
-Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_hz);
+/// @param stored p, what the AC coupling of each sensor takes from its reading at that sample, as it has stored it
+/// before; it is forgotten with exp(-2 pi high_pass_hz t). Not a number, or empty: the reading itself, as at rest.
+Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_hz, const Vector& stored = {});
 /// What the converters make of readings, the end of the range and the rounding alone, and the plant without these:
 /// noise enters a measurement before its converter.
 /// @param readings p x N, in place

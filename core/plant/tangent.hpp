@@ -16,10 +16,12 @@ namespace wheelhop {
 struct Variation {
   /// A plant of the same graph and laws with other numbers, `step` away in this direction; nullptr: the plant itself.
   const Plant* neighbour = nullptr;
-  double step = 1e-4;       ///< small, of either sign
-  Vector initial = {};      ///< change of the initial state, 2n or 2n + s; empty: 0
-  Matrix drive = {};        ///< change of the drive as the plant feels it, m x N; empty: 0
-  Matrix sampled = {};      ///< that of `SimulateOptions::sampled_drive`; empty: as `drive`
+  double step = 1e-4;   ///< small, of either sign
+  Vector initial = {};  ///< change of the initial state, 2n or 2n + s; empty: 0
+  Matrix drive = {};    ///< change of the drive as the plant feels it, m x N; empty: 0
+  Matrix sampled = {};  ///< that of `SimulateOptions::sampled_drive`; empty: as `drive`
+  Vector stored =
+      {};  ///< change of `SimulateOptions::stored`, if that is given: `simulate_varied` alone asks; empty: 0
   Index kept_samples = -1;  ///< the change counts as faded to 0 after so many kept samples; -1: never
 };
 

@@ -1,0 +1,95 @@
+// What AC coupling had stored before a record began is found, however the record begins.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/greybox/plant_fit.hpp"
+#include "core/plant/dataset.hpp"
+#include "tests/support/plants.hpp"
+#include "tests/support/systems.hpp"
+#include "variants/solver/levenberg_marquardt.hpp"
+
+using namespace wheelhop;
+using namespace wheelhop::test;
+
+namespace {
+
+constexpr double kSamplingHz = 200, kNoise = 0.01;
+
+/// A quarter car whose first sensor is coupled.
+Plant coupled_car(double corner_hz) {
+  Plant plant = plant_from(quarter_car_text);
+  plant.sensors[0].path.high_pass_hz = corner_hz;
+  return plant;
+}
+
+/// The seconds of a run from `from_s` on.
+FitRecord cut_record(const Plant& truth, double from_s, double seconds, Random& random) {
+  const Index ratio = hold_samples_per_record_sample(truth, kSamplingHz);
+  const auto first = static_cast<Index>(from_s * kSamplingHz), samples = static_cast<Index>(seconds * kSamplingHz);
+  Matrix drive(1, (first + samples) * ratio);
+  double state = 0;
+  for (Index k = 0; k < drive.cols(); ++k) {
+    state = 0.999 * state + 0.05 * random.normal(1, 1)(0);
+    drive(0, k) = 0.004 * state;
+  }
+  const GeneratedRecord generated = generate_record(truth, drive, kSamplingHz);
+  REQUIRE(generated.status == Status::ok);
+  FitRecord record;
+  record.drive = drive.rightCols(samples * ratio);
+  const Matrix clean = generated.signal.y.rightCols(samples);
+  record.ratio = ratio;
+  record.weight_std = kNoise * (clean.rowwise().norm() / std::sqrt(static_cast<double>(samples)));
+  record.y = clean + record.weight_std.asDiagonal() * random.normal(clean.rows(), samples);
+  return record;
+}
+
+}  // namespace
+
+TEST_CASE("the corner of AC coupling is found, with nothing left, in records that begin in motion and at rest") {
+  for (std::uint64_t cell = 0; cell < 6; ++cell) {
+    Random random = numbers(7100 + cell);
+    const double corner = std::pow(10.0, -1.7 + 1.4 * random.uniform()), from_s = cell % 3 == 0 ? 0 : 40;
+    const Plant truth = coupled_car(corner);
+    const FitRecord record = cut_record(truth, from_s, 20, random);
+    const std::string name = "sensor:" + truth.sensors[0].name + ".high_pass_hz";
+    const PlantFit fit =
+        fit_plant(coupled_car(1.5 * corner), {{name, 0.05, 0, 1e-6}}, {record}, *make_levenberg_marquardt({}), {40});
+    CAPTURE(cell, corner, from_s, fit.solution.message);
+    REQUIRE(fit.error.size() == 1);
+    CHECK(fit.misfit == Approx(1).epsilon(0.06));
+    const double std = 0.05 * std::sqrt(fit.covariance(0, 0));
+    CHECK(std::abs(get_parameter(fit.plant, name) - corner) < 4 * std);
+    CHECK(std < 0.5 * corner);
+  }
+}
+
+TEST_CASE("a record that is cut from a run reads as the run, once it is told what the coupling had stored") {
+  Random random = numbers(7110);
+  for (const double corner : {0.02, 0.3, 3.0}) {
+    const Plant plant = coupled_car(corner);
+    const Index N = 4000, cut = 1500;
+    Matrix ideal = random.normal(plant.sensor_count(), N);  // a random walk: what lies between samples is small
+    for (Index k = 1; k < N; ++k) ideal.col(k) = ideal.col(k - 1) + 0.01 * ideal.col(k);
+    const Matrix whole = apply_sensor_paths(plant, ideal, kSamplingHz);
+    Vector stored = Vector::Constant(plant.sensor_count(), std::numeric_limits<double>::quiet_NaN());
+    stored(0) = ideal(0, cut) - whole(0, cut);
+    const Matrix part = apply_sensor_paths(plant, ideal.rightCols(N - cut), kSamplingHz, stored);
+    CAPTURE(corner);
+    CHECK((part - whole.rightCols(N - cut)).cwiseAbs().maxCoeff() < 1e-3 * whole.cwiseAbs().maxCoeff());
+    CHECK(part.bottomRows(part.rows() - 1) == whole.rightCols(N - cut).bottomRows(part.rows() - 1));
+    CHECK((apply_sensor_paths(plant, ideal.rightCols(N - cut), kSamplingHz) - part).row(0).norm() >
+          0.01 * part.row(0).norm());
+  }
+}
+
+TEST_CASE("a coupling far slower than its record explains no bias") {
+  Random random = numbers(7120);
+  const Plant plant = coupled_car(1e-5);
+  FitRecord record = cut_record(plant, 0, 10, random);
+  record.y.row(0).array() += 5 * record.weight_std(0);
+  const PlantFit fit = fit_plant(plant, {}, {record}, *make_levenberg_marquardt({}), {20});
+  REQUIRE(fit.error.size() == 1);
+  CHECK(fit.error[0].row(0).mean() == Approx(-5 * record.weight_std(0)).epsilon(0.05));
+}
