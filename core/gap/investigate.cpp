@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/gap/evidence/instrument_faults.hpp"
 #include "core/gap/verdict/posterior.hpp"
@@ -106,9 +107,16 @@ Evidence evidence_of_stages(const Study& study, const NoiseFloor& floor, const H
   return evidence;
 }
 
+/// True of a parameter of an element where one of the effects acts: it bends with their forms.
+bool bends_with_forms(const CandidateEvidence& answer, const ToleranceEvidence& parameter) {
+  return std::any_of(answer.effects.begin(), answer.effects.end(),
+                     [&](const EffectEvidence& effect) { return effect.location == parameter.location; });
+}
+
 /// True if more candidates are worth their time: where an answer has no name and no single effect explains the gap, or
 /// where an answer's effects leave more than `leaves_much` of the gap, on all records or on the held-out ones, or bend
-/// a parameter as far as it goes, or where a gap of `large_gap` beside a corrected instrument has no such effect.
+/// a parameter of another part as far as it goes, or where a gap of `large_gap` beside a corrected instrument has no
+/// such effect.
 bool explains_little(const Evidence& evidence, const Verdict& verdict, const SearchEffort& effort) {
   const double share = effort.leaves_much;
   const double gap = evidence.retuned_chi2 - evidence.samples;
@@ -119,8 +127,9 @@ bool explains_little(const Evidence& evidence, const Verdict& verdict, const Sea
   const auto* effects = std::get_if<Effects>(&verdict.answer);
   if (!effects) return false;
   const CandidateEvidence& answer = candidate_of(evidence, *effects);
-  const bool bent =
-      std::any_of(answer.theta.begin(), answer.theta.end(), [](double own) { return std::abs(own) > kAtEnd; });
+  bool bent = false;
+  for (std::size_t i = 0; i < answer.theta.size(); ++i)
+    bent = bent || (std::abs(answer.theta[i]) > kAtEnd && !bends_with_forms(answer, evidence.tolerances[i]));
   return bent || leaves(answer) || answer.closure.value < 1 - share;
 }
 
@@ -164,7 +173,7 @@ void judge(const Setting& setting, const Changes& changes, Investigation& found)
   Evidence& evidence = found.evidence;
   evidence.singles = found.singles.evidence;
   evidence.pairs.clear();
-  found.sets.pairs = find_pairs(*found.search, changes, evidence, found.singles);
+  found.sets.pairs = find_pairs(*found.search, changes, std::move(found.sets.pairs), evidence, found.singles);
   evidence.pairs = found.sets.pairs.evidence;
   found.verdict = decide(evidence, setting.options.thresholds);
 }
@@ -181,6 +190,30 @@ std::size_t runner_up(const Investigation& found, const std::vector<std::vector<
   }
   const double far = found.search->effort.far_behind;
   return best < pairs.size() && pairs[best].chi2 - floor < far * (pairs[least].chi2 - floor) ? best : pairs.size();
+}
+
+/// Names of effects of which a finer form may matter: of those that are named or told beside the names, where their
+/// coarser forms leave more than chance and several effects together do not leave far less. Forms of an answer that
+/// explains little may all be too coarse, and the finer form of another effect be what is missing.
+std::vector<EffectAt> to_refine(const Investigation& found, bool explains_little) {
+  if (explains_little) return worth_refining(*found.search, found.singles);
+  const Evidence& evidence = found.evidence;
+  const Thresholds& thresholds = found.search->thresholds;
+  std::vector<EffectAt> names = found.verdict.named;
+  names.insert(names.end(), found.verdict.ambiguous_with.begin(), found.verdict.ambiguous_with.end());
+  const double by_chance = thresholds.notice * chance_of(evidence);
+  double most = std::numeric_limits<double>::infinity();
+  if (const auto* effects = std::get_if<Effects>(&found.verdict.answer); effects && effects->count > 1)
+    most = std::max(by_chance, candidate_of(evidence, *effects).chi2 - evidence.samples) / thresholds.of_rest;
+  std::erase_if(names, [&](const EffectAt& name) {
+    // Singles stand in ascending order of chi2.
+    const auto least = std::find_if(evidence.singles.begin(), evidence.singles.end(),
+                                    [&](const CandidateEvidence& own) { return own.last().name() == name; });
+    if (least == evidence.singles.end()) return false;
+    const double left = least->chi2 - evidence.samples;
+    return left <= by_chance || left > most;
+  });
+  return names;
 }
 
 /// A third effect beside two, and so on, as long as one more is needed; where much is left in the end, once beside
@@ -289,12 +322,7 @@ std::unique_ptr<Investigation> investigate(const Setting& setting, Base base, co
       (little() ? add_less_expected(search, setting.floor.colour, home, found->singles)
                 : add_best_expected(search, setting.floor.colour, *home, found->singles)))
     judge(setting, changes, *found);
-  // Forms of an answer that explains little may all be too coarse, and the finer form of another one be what is
-  // missing.
-  std::vector<EffectAt> finer = found->verdict.named;
-  finer.insert(finer.end(), found->verdict.ambiguous_with.begin(), found->verdict.ambiguous_with.end());
-  if (little()) finer = worth_refining(search, found->singles);
-  if (refine_singles(search, finer, found->singles)) judge(setting, changes, *found);
+  if (refine_singles(search, to_refine(*found, little()), found->singles)) judge(setting, changes, *found);
   if (is_place(found->verdict)) {
     evidence.motion = motion_shares(retuned.fit, setting.data.fitted, evidence.places, options.thresholds.elsewhere);
     found->verdict = decide(evidence, options.thresholds);

@@ -467,3 +467,48 @@ TEST_CASE("the best pair is fitted with every near law of its instrument, not on
     CHECK(forms(3) == std::set<std::string>{"late reading", "first order", "second order"});
   }
 }
+
+TEST_CASE("a second effect is not looked for again beside first ones that are as they were", "[slow]") {
+  const Plant nominal = plant_from(quarter_car_text);
+  const auto solver = make_levenberg_marquardt({});
+  const GapSolvers solvers{*solver, *solver, *solver};
+  const CandidateList few = [](const Plant& plant, const Operation& operation) {
+    std::vector<EffectCandidate> list = effect_candidates(plant, operation);
+    std::erase_if(list, [](const EffectCandidate& own) {
+      const EffectId& effect = own.label().effect;
+      return effect != "coulomb_friction" && effect != "damper_asymmetry" && effect != "tyre_damping";
+    });
+    return list;
+  };
+  Plant truth = nominal;
+  truth.elements[0].laws.push_back({find_law("coulomb_friction"), {40, 40, 0.1, 0.005}});
+  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.15}});
+  const RecordSet set = in_motion(truth, 600);
+  Evidence evidence = diagnose(nominal, set, few, solvers, {}, 851).evidence;
+  evidence.pairs.clear();
+  evidence.larger.clear();
+  const GapData data = gap_data(nominal, set, noise_floor(set), 0.25);
+  const Study study{nominal, data, solvers, few, tolerance_parameters(nominal)};
+  const Hypothesis delivered = fit_hypothesis(study, nominal, {}),
+                   retuned = fit_hypothesis(study, nominal, study.tolerances);
+  const Thresholds thresholds;
+  const SearchEffort effort;
+  const Bootstrap bootstrap{10, 0, 852};
+  int steps = 0;
+  const Step step = [&](const std::string&) { ++steps; };
+  const Search search{study, thresholds, effort, bootstrap, delivered, retuned, step};
+  Changes changes;
+  Candidates singles = find_singles(search, 1, changes);
+  evidence.singles = singles.evidence;
+  const Candidates pairs = find_pairs(search, changes, {}, evidence, singles);
+  REQUIRE_FALSE(pairs.evidence.empty());
+  const int searched = steps;
+  CHECK(searched > 0);
+  const Candidates again = find_pairs(search, changes, pairs, evidence, singles);
+  CHECK(steps == searched);
+  REQUIRE(again.evidence.size() == pairs.evidence.size());
+  for (std::size_t i = 0; i < pairs.evidence.size(); ++i) CHECK(again.evidence[i].chi2 == pairs.evidence[i].chi2);
+  for (Hypothesis& fit : singles.fits) fit.chi2 *= 1 - 1e-9;  // a better fit is another first effect
+  find_pairs(search, changes, pairs, evidence, singles);
+  CHECK(steps > searched);
+}

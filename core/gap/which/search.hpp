@@ -96,11 +96,18 @@ struct Search {
   const Step& step;
 };
 
+/// A single beside which a second effect was looked for.
+struct FirstEffect {
+  std::vector<EffectCandidate> effects;
+  double chi2 = 0;
+};
+
 /// Fits, and the candidates for an answer: one for each fit and each way to name its effects.
 struct Candidates {
   std::vector<Hypothesis> fits;
   std::vector<CandidateEvidence> evidence;  ///< of the candidates; `fit` of each is an index into `fits`
   std::vector<Hypothesis> alone;            ///< of the best pair: either effect fitted alone
+  std::vector<FirstEffect> firsts;          ///< of pairs: beside these they were looked for
   /// @param candidate index into `evidence`
   Hypothesis& fit_of(std::size_t candidate) { return fits[evidence[candidate].fit]; }
   const Hypothesis& fit_of(std::size_t candidate) const { return fits[evidence[candidate].fit]; }
@@ -166,9 +173,11 @@ std::vector<Hypothesis> free_beside(const Search& search, const std::vector<Tole
 
 /// Looks for a second effect beside the best first ones, and refits both effects of the best pair alone; where one of
 /// them then is enough, it joins the singles, and the search goes on from there.
+/// @param before what an earlier search among fewer singles found, which is returned if the first effects are the same
 /// @param evidence without pairs; its singles those of `singles`, both may grow
 /// @return the pairs, ascending by chi2; none where no second effect is worth a search
-Candidates find_pairs(const Search& search, const Changes& changes, Evidence& evidence, Candidates& singles);
+Candidates find_pairs(const Search& search, const Changes& changes, Candidates before, Evidence& evidence,
+                      Candidates& singles);
 
 /// Sets of two effects, and of more.
 struct EffectSets {

@@ -119,15 +119,25 @@ void add_exchanged(const Search& search, const std::vector<RankedCandidate>& ran
   }
 }
 
+/// True if a second effect was looked for beside these singles, as they are. @param numbers of candidates
+bool searched_beside(const Candidates& pairs, const std::vector<std::size_t>& numbers, const Candidates& singles) {
+  return std::equal(pairs.firsts.begin(), pairs.firsts.end(), numbers.begin(), numbers.end(),
+                    [&](const FirstEffect& before, std::size_t number) {
+                      const Hypothesis& now = singles.fit_of(number);
+                      return same_forms(before.effects, now.effects) && before.chi2 == now.chi2;
+                    });
+}
+
 /// Every second effect for the best first ones in turn, until a pair closes what the first leaves.
-std::vector<Hypothesis> pairs_of(const Search& search, const std::vector<RankedCandidate>& ranked, const Changes& known,
-                                 Candidates& singles) {
+/// @param numbers of the first ones
+std::vector<Hypothesis> pairs_of(const Search& search, const std::vector<RankedCandidate>& ranked,
+                                 const std::vector<std::size_t>& numbers, const Changes& known, Candidates& singles) {
   const double floor = search.study.data.samples;
   const auto by_chi2 = [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; };
   const double best_left = std::min_element(singles.fits.begin(), singles.fits.end(), by_chi2)->chi2 - floor;
   std::vector<Hypothesis> all;
   double before = 0;
-  for (const std::size_t i : firsts(search, ranked, singles)) {
+  for (const std::size_t i : numbers) {
     const CandidateEvidence& first = singles.evidence[i];
     // Of two effects either alone leaves about as much as the other; what leaves far more is no part of the answer.
     if (first.chi2 - floor > search.effort.far_behind * best_left) continue;
@@ -188,7 +198,8 @@ double left_at_place(const Search& search, Hypothesis& hypothesis) {
 
 }  // namespace
 
-Candidates find_pairs(const Search& search, const Changes& changes, Evidence& evidence, Candidates& singles) {
+Candidates find_pairs(const Search& search, const Changes& changes, Candidates before, Evidence& evidence,
+                      Candidates& singles) {
   const Study& study = search.study;
   Candidates pairs;
   // Around a plant that was bent by a gross fault, or to the end by what is missing, candidates change other things
@@ -207,7 +218,12 @@ Candidates find_pairs(const Search& search, const Changes& changes, Evidence& ev
           left_at_place(search, singles.fit_of(index));
     const CandidateEvidence first = evidence.singles[index];
     if (!worth_another(evidence, first, search.thresholds)) return pairs;
-    for (Hypothesis& pair : pairs_of(search, ranked, known, singles)) add_candidates(search, std::move(pair), pairs);
+    const std::vector<std::size_t> numbers = firsts(search, ranked, singles);
+    if (searched_beside(before, numbers, singles)) return before;
+    for (const std::size_t number : numbers)
+      pairs.firsts.push_back({singles.fit_of(number).effects, singles.fit_of(number).chi2});
+    for (Hypothesis& pair : pairs_of(search, ranked, numbers, known, singles))
+      add_candidates(search, std::move(pair), pairs);
     if (pairs.evidence.empty()) return pairs;
     // By chi2 alone the best pair may be one of implausible sizes.
     const std::size_t best = ranked_sets(evidence, pairs.evidence, first, search.thresholds).front().index;
