@@ -13,6 +13,7 @@
 
 #include "core/data/metrics.hpp"
 #include "core/data/slow_channels.hpp"
+#include "core/greybox/inner_states.hpp"
 #include "core/optimise/bounded_step.hpp"
 #include "core/optimise/prior.hpp"
 #include "core/plant/dataset.hpp"
@@ -30,8 +31,6 @@ constexpr std::size_t kGroups = 4;       // of the columns of a Jacobian: each g
 constexpr double kAtOnceBytes = 2.56e8;  // of columns that are computed beside one another, where all are not kept
 constexpr Index kLeastAtOnce = 16;       // whatever their size: a further pass simulates the plant once more
 constexpr double kForgotten = 14;        // e-folds after which an initial state counts as forgotten
-// Least scale of a memory, in its unit. It only keeps the scale of one that never moves above zero.
-constexpr double kLeastMemory = 1e-12;
 
 /// Values a parameter may take: its range and the start itself; of one that is known within a tolerance, on the side of
 /// 0 where it is known to lie.
@@ -301,9 +300,9 @@ class PlantProblem final : public ResidualProblem {
             change.motion(state) = state_scale_(state);
           else
             change.memories = {{memory_names_[static_cast<std::size_t>(state - motions_)], state_scale_(state)}};
-          variation.stored = stored_by_sensors(plant, change);
-          // A coupling is no part of the motion.
-          if (state >= motions_ + laws_memories_) {
+          if (state >= motions_ + laws_memories_) {  // of a coupling, which is no part of the motion
+            const Vector stored = stored_by_sensors(plant, change);
+            variation.stored = stored.array().isFinite().select(stored, 0);
             variation.kept_samples = 0;
           } else {
             variation.initial = whole_state(plant, change);
@@ -387,69 +386,6 @@ bool typical_states(const Plant& plant, const std::vector<FitRecord>& records, V
   scale = scale.cwiseMax(1e-9 + 1e-6 * scale.maxCoeff());
   start = start.cwiseQuotient(scale.replicate(static_cast<Index>(records.size()), 1));
   return true;
-}
-
-/// The plant whose sensors read what goes into their AC couplings.
-Plant before_couplings(Plant plant) {
-  for (Sensor& sensor : plant.sensors) {
-    SensorPath path;
-    path.gain = sensor.path.gain;
-    path.crosstalk = sensor.path.crosstalk;
-    path.delay_s = sensor.path.delay_s;
-    path.lag = sensor.path.lag;
-    sensor.path = path;
-  }
-  return plant;
-}
-
-/// What an inner state of this plant is in size under its drives, seen in a simulation from given states: the RMS of
-/// what a law remembers, and of what a coupling stores beyond its reading at rest. Not known where that fails.
-/// @param rest of each record
-Vector typical_memories(const Plant& plant, const std::vector<FitRecord>& records,
-                        const std::vector<InitialState>& initial_states, const std::vector<InitialState>& rest) {
-  const auto count = static_cast<Index>(inner_state_names(plant).size());
-  const auto of_laws = static_cast<Index>(memory_names(plant).size());
-  const Plant uncoupled = count > of_laws ? before_couplings(plant) : plant;
-  Vector scale = Vector::Zero(count);
-  for (std::size_t i = 0; i < records.size() && count > 0; ++i) {
-    const Simulation run =
-        simulate_measured(uncoupled, records[i].drive, run_options(plant, records[i], initial_states[i]));
-    if (run.status != Status::ok) return {};
-    Vector own(count);
-    if (of_laws > 0) own.head(of_laws) = rms(run.states.bottomRows(of_laws));
-    const Vector stored_at_rest = stored_by_sensors(plant, rest[i]);
-    for (Index sensor = 0, next = of_laws; next < count; ++sensor) {
-      const double corner_hz = plant.sensors[static_cast<std::size_t>(sensor)].path.high_pass_hz;
-      if (!(corner_hz > 0)) continue;
-      const Vector stored = apply_lag({.time_constant_s = 1 / (2 * std::numbers::pi * corner_hz)},
-                                      run.outputs.row(sensor).array().transpose() - stored_at_rest(sensor),
-                                      plant.hold_hz() / static_cast<double>(records[i].ratio));
-      own(next++) = std::sqrt(stored.squaredNorm() / static_cast<double>(stored.size()));
-    }
-    scale = scale.cwiseMax(own);
-  }
-  return scale.cwiseMax(kLeastMemory);
-}
-
-/// An initial state in which each coupling that is not listed has stored its reading at rest.
-InitialState with_stored(const Plant& plant, const FitRecord& record, InitialState state) {
-  const auto of_laws = memory_names(plant).size();
-  const std::vector<std::string> names = inner_state_names(plant);
-  const auto listed = [&](const std::string& name) {
-    return std::any_of(state.memories.begin(), state.memories.end(),
-                       [&](const auto& memory) { return memory.first == name; });
-  };
-  if (std::all_of(names.begin() + static_cast<std::ptrdiff_t>(of_laws), names.end(), listed)) return state;
-  const Simulation rest =
-      simulate_measured(before_couplings(plant), record.drive.leftCols(record.ratio), run_options(plant, record));
-  if (rest.status != Status::ok) return state;
-  auto next = names.begin() + static_cast<std::ptrdiff_t>(of_laws);
-  for (Index i = 0; i < plant.sensor_count(); ++i) {
-    if (!(plant.sensors[static_cast<std::size_t>(i)].path.high_pass_hz > 0)) continue;
-    if (!listed(*next)) state.memories.emplace_back(*next, rest.outputs(i, 0));
-    ++next;
-  }
-  return state;
 }
 
 /// Rest in equilibrium of each record of a fit.
@@ -584,7 +520,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
     return fit;
   }
   const bool same = options.from && inner_state_names(options.from->plant) == inner_state_names(plant);
-  fit.memory_scale = same ? options.from->memory_scale : typical_memories(plant, records, begin, resting);
+  fit.memory_scale = same ? options.from->memory_scale : typical_inner_states(plant, records, begin, resting);
   fit.dispersion = records.empty() ? 1 : records.front().dispersion;
   Vector rest = packed(fit, resting), start = packed(fit, begin);
   Vector state_precision = Vector::Constant(start.size(), fit.dispersion / (kStateSpread * kStateSpread));

@@ -16,10 +16,11 @@
 ///   the record holds round(clip(limit(high_pass(lag(z(t - delay_s))) + bias + drift_per_s (1 - exp(-k t)) / k))),
 ///   z = gain y + sum factor y_CHANNEL, t from the record's first sample, k the settling rate: a warm-up of time
 ///   constant 1 / k, and drift_per_s t for k = 0. The high-pass is that of AC coupling, s / (s + 2 pi high_pass_hz), at
-///   rest at the first sample; bias and drift enter behind it. Before the first sample the reading was that of the
-///   first sample. The rate limit [unit/s] is that of an amplifier, and bounds what it reads between the samples of a
-///   record too; the saturation L [unit] is the end of the measuring range: a reading beyond it is L or -L. Noise
-///   enters a measurement before the end of the range and the rounding, which both belong to the converter.
+///   rest at the first sample unless a fit finds what it had stored; bias and drift enter behind it. Before the first
+///   sample the reading was that of the first sample. The rate limit [unit/s] is that of an amplifier, and bounds what
+///   it reads between the samples of a record too; the saturation L [unit] is the end of the measuring range: a reading
+///   beyond it is L or -L. Noise enters a measurement before the end of the range and the rounding, which both belong
+///   to the converter.
 /// `lag`: `{"time_constant_s": tau}` is 1 / (1 + tau s); `{"cutoff_hz": f, "damping_ratio": 0.7}` is
 ///   w^2 / (s^2 + 2 zeta w s + w^2), w = 2 pi f.
 /// Plant: `"clock_skew": e`, the drive's clock runs 1 + e times as fast as that of the record.

@@ -93,3 +93,27 @@ TEST_CASE("a coupling far slower than its record explains no bias") {
   REQUIRE(fit.error.size() == 1);
   CHECK(fit.error[0].row(0).mean() == Approx(-5 * record.weight_std(0)).epsilon(0.05));
 }
+
+TEST_CASE("what each of several couplings has stored has a derivative of its own") {
+  Random random = numbers(7130);
+  Plant plant = coupled_car(0.1);
+  plant.sensors[2].path.high_pass_hz = 0.4;
+  const FitRecord record = cut_record(plant, 20, 5, random);
+  const std::vector<FitParameter> parameters = {{"sensor:travel.high_pass_hz", 0.05, 0}};
+  const Vector scale = Vector::Constant(4, 1e-3), memory_scale = (Vector(2) << 1e-3, 0.5).finished();
+  const auto problem = plant_problem(plant, parameters, {record}, scale, memory_scale);
+  REQUIRE(problem->parameters() == 7);
+  const Vector theta = random.normal(7, 1);
+  Vector r(problem->residuals()), ahead = r, behind = r;
+  Matrix J(problem->residuals(), 7);
+  REQUIRE(problem->jacobian(theta, r, J));
+  for (Index j = 0; j < 7; ++j) {
+    const double step = 1e-4;
+    REQUIRE(problem->residual(theta + step * Vector::Unit(7, j), ahead));
+    REQUIRE(problem->residual(theta - step * Vector::Unit(7, j), behind));
+    const Vector difference = (ahead - behind) / (2 * step);
+    CAPTURE(j);
+    REQUIRE(difference.norm() > 0);
+    CHECK((J.col(j) - difference).norm() < 1e-2 * difference.norm());
+  }
+}
