@@ -16,8 +16,9 @@ InitialState with_stored(const Plant& plant, const FitRecord& record, InitialSta
 
 /// What an inner state of this plant is in size under its drives, seen in a simulation from given states: the RMS of
 /// what a law remembers, and of what a coupling stores beyond its reading at rest, over the record in which it is
-/// largest. What a coupling stores during a record says what it may have stored before, and vanishes with its corner,
-/// so that a slow one stands for no bias. Empty where a simulation fails. Cost: a simulation of each record.
+/// largest. What a coupling stores during a record says what it may have stored before; of one that is slow against the
+/// record that is little, and it stands for no bias. A fit that moves the corner keeps the scale of where it began.
+/// Empty where a simulation fails. Cost: a simulation of each record.
 /// @param rest of each record, by `with_stored`
 Vector typical_inner_states(const Plant& plant, const std::vector<FitRecord>& records,
                             const std::vector<InitialState>& initial_states, const std::vector<InitialState>& rest);

@@ -3,10 +3,12 @@
 namespace wheelhop {
 namespace {
 
-// The coupling of accelerometers with built-in electronics has its corner between 0.05 and 3 Hz or so. Both numbers are
-// judgements from the middle of that.
-constexpr double kCorner = 0.3;   // Hz, where a fit starts
-constexpr double kTypical = 0.5;  // Hz, of which a plan asks whether a test would show it
+// Judgements. The coupling of accelerometers with built-in electronics has its corner between 0.05 and 3 Hz or so; a
+// fit starts in the middle of that, and a plan asks of the second whether a test would show it.
+constexpr double kCorner = 0.3, kTypical = 0.5;  // Hz
+// Nine of ten corners lie between these, with charge amplifiers and the AC inputs of recorders. One that is far slower
+// than a record acts in it as a bias does.
+constexpr double kLeast = 0.01, kMost = 5;  // Hz
 
 }  // namespace
 
@@ -19,6 +21,7 @@ std::shared_ptr<const Effect> make_high_pass(const EffectOptions&) {
       list.push_back(
           with_path(plant, "high_pass", at, "AC coupling", {{place + ".high_pass_hz", kCorner, 0.5 * kCorner}}));
       typically(list.back(), "high_pass_hz", kTypical);
+      plausibly(list.back(), "high_pass_hz", kLeast, kMost);
     }
   });
 }
