@@ -107,16 +107,20 @@ Evidence evidence_of_stages(const Study& study, const NoiseFloor& floor, const H
   return evidence;
 }
 
-/// True of a parameter of an element where one of the effects acts: it bends with their forms.
-bool bends_with_forms(const CandidateEvidence& answer, const ToleranceEvidence& parameter) {
-  return std::any_of(answer.effects.begin(), answer.effects.end(),
-                     [&](const EffectEvidence& effect) { return effect.location == parameter.location; });
+/// True of a parameter at the end of its tolerance that the form of an answer's effects explains: it belongs to an
+/// element where one of them acts, and not to its springs if that one stores nothing, nor to its damper if it is
+/// elastic.
+bool bent_by_form(const CandidateEvidence& answer, const ToleranceEvidence& parameter) {
+  const bool of_damper = parameter.effect == "damping_error";
+  return std::any_of(answer.effects.begin(), answer.effects.end(), [&](const EffectEvidence& effect) {
+    return effect.location == parameter.location && !(of_damper ? effect.elastic : effect.dissipative);
+  });
 }
 
 /// True if more candidates are worth their time: where an answer has no name and no single effect explains the gap, or
 /// where an answer's effects leave more than `leaves_much` of the gap, on all records or on the held-out ones, or bend
-/// a parameter of another part as far as it goes, or where a gap of `large_gap` beside a corrected instrument has no
-/// such effect.
+/// a parameter as far as it goes that their forms do not, or where a gap of `large_gap` beside a corrected instrument
+/// has no such effect.
 bool explains_little(const Evidence& evidence, const Verdict& verdict, const SearchEffort& effort) {
   const double share = effort.leaves_much;
   const double gap = evidence.retuned_chi2 - evidence.samples;
@@ -129,7 +133,7 @@ bool explains_little(const Evidence& evidence, const Verdict& verdict, const Sea
   const CandidateEvidence& answer = candidate_of(evidence, *effects);
   bool bent = false;
   for (std::size_t i = 0; i < answer.theta.size(); ++i)
-    bent = bent || (std::abs(answer.theta[i]) > kAtEnd && !bends_with_forms(answer, evidence.tolerances[i]));
+    bent = bent || (std::abs(answer.theta[i]) > kAtEnd && !bent_by_form(answer, evidence.tolerances[i]));
   return bent || leaves(answer) || answer.closure.value < 1 - share;
 }
 
@@ -195,8 +199,8 @@ std::size_t runner_up(const Investigation& found, const std::vector<std::vector<
 /// Names of effects of which a finer form may matter: of those that are named or told beside the names, where their
 /// coarser forms leave more than chance and several effects together do not leave far less. Forms of an answer that
 /// explains little may all be too coarse, and the finer form of another effect be what is missing.
-std::vector<EffectAt> to_refine(const Investigation& found, bool explains_little) {
-  if (explains_little) return worth_refining(*found.search, found.singles);
+std::vector<EffectAt> to_refine(const Investigation& found, bool little) {
+  if (little) return worth_refining(*found.search, found.singles);
   const Evidence& evidence = found.evidence;
   const Thresholds& thresholds = found.search->thresholds;
   std::vector<EffectAt> names = found.verdict.named;

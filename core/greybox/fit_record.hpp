@@ -46,7 +46,7 @@ std::vector<std::pair<Index, double>> known_states(const Plant& plant, const Kno
 /// Where a record begins, as far as it is known.
 struct InitialState {
   InitialState() = default;
-  InitialState(Vector of_motion) : motion(std::move(of_motion)) {}  // NOLINT: a motion is a state with memories at rest
+  InitialState(Vector of_motion) : motion(std::move(of_motion)) {}  // NOLINT: a motion is a state with the rest at rest
 
   Vector motion;  ///< [q; v] of the plant's first masses; empty: at rest in equilibrium
   /// Inner states by their names, so that a plant with other laws beside them finds its own. Laws that are not listed
@@ -62,7 +62,7 @@ Vector memories_of(const Plant& plant, const InitialState& state);
 
 /// An initial state for a plant that may have masses beyond those of the state, at the end of its list: each of them
 /// starts where and as fast as the mass it hangs on.
-/// @return [q; v] of all masses, and [q; v; z] where one of the plant's memories is not at rest
+/// @return [q; v] of all masses, and [q; v; z] of the laws where the state lists inner states
 Vector whole_state(const Plant& plant, const InitialState& state);
 
 /// What the AC coupling of each sensor has stored in an initial state, p, as `apply_sensor_paths` takes it; empty where

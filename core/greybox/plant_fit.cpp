@@ -337,7 +337,7 @@ class PlantProblem final : public ResidualProblem {
   Plant plant_;
   std::vector<FitParameter> parameters_;
   std::vector<FitRecord> records_;
-  Vector state_scale_;                     // [q; v; z]
+  Vector state_scale_;                     // of [q; v], then of the inner states
   Index motions_ = 0;                      // of these, [q; v]
   std::vector<std::string> memory_names_;  // of those that are free
   Index laws_memories_ = 0;                // of these, those of laws
@@ -520,7 +520,7 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
     return fit;
   }
   const bool same = options.from && inner_state_names(options.from->plant) == inner_state_names(plant);
-  fit.memory_scale = same ? options.from->memory_scale : typical_inner_states(plant, records, begin, resting);
+  fit.memory_scale = same ? options.from->memory_scale : typical_inner_states(plant, records, begin);
   fit.dispersion = records.empty() ? 1 : records.front().dispersion;
   Vector rest = packed(fit, resting), start = packed(fit, begin);
   Vector state_precision = Vector::Constant(start.size(), fit.dispersion / (kStateSpread * kStateSpread));

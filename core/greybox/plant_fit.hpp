@@ -39,10 +39,11 @@ std::vector<FitParameter> tolerance_parameters(const Plant& plant);
 /// r = (yhat_k - y_k) ./ weight_std over all records, readings not rounded (rounding has no derivative). theta: the
 /// parameters in units of their scale, then the initial state of each record: [q; v] in units of `state_scale`, then
 /// the inner states of the plant in units of `memory_scale`. Derivatives by `Tangent`, beside one simulation of
-/// every record; an initial state is followed in its own record alone, and as far as the plant's slowest mode remembers
-/// it. Records run side by side. Outside the domain: a simulation that fails, a mass that is not positive, a parameter
-/// outside its range, or one with a tolerance across zero.
-/// @param plant the start   @param state_scale 2n, > 0   @param memory_scale s, > 0, or empty: memories start at rest
+/// every record; an initial state is followed in its own record alone, and one of the motion or a law as far as the
+/// plant's slowest mode remembers it. Records run side by side. Outside the domain: a simulation that fails, a mass
+/// that is not positive, a parameter outside its range, or one with a tolerance across zero.
+/// @param plant the start   @param state_scale 2n, > 0   @param memory_scale s, > 0, or empty: inner states start at
+/// rest
 std::unique_ptr<ResidualProblem> plant_problem(const Plant& plant, const std::vector<FitParameter>& parameters,
                                                const std::vector<FitRecord>& records, ConstVectorRef state_scale,
                                                const Vector& memory_scale = {});
@@ -74,7 +75,7 @@ struct PlantFit {
   Matrix covariance;                   ///< of theta: dispersion (J'J + precision)^-1, initial states marginalised.
                                        ///< Likewise
   Vector state_scale, states_at_rest;  ///< 2n, and 2n a record in these: RMS under the drive, and rest in equilibrium
-  Vector memory_scale;                 ///< s, RMS of the laws' internal states under the drive
+  Vector memory_scale;                 ///< s, of `typical_inner_states`
   std::vector<InitialState> initial_states;  ///< one a record
   /// By how far theta, and of each record its initial state, lie from the means of their priors, in their scales.
   Vector deviation;

@@ -14,11 +14,13 @@ constexpr std::string_view lag_prefix = "lag.";
 struct Reader {
   const JsonCursor& cursor;
   std::optional<JsonCursor> lag;
-  void operator()(std::string_view key, const std::string&, double& value, double, Range range) const {
+  void operator()(std::string_view key, const std::string&, double& value, double ideal, Range range) const {
     const bool of_lag = key.starts_with(lag_prefix);
     if (of_lag && !lag) return;
     const auto member = of_lag ? lag->find(key.substr(lag_prefix.size())) : cursor.find(key);
-    if (member) value = member->number(range);
+    if (!member) return;
+    // A number outside of a lag may be given as its ideal, though a fit would end before it.
+    value = !of_lag && member->raw() == ideal ? ideal : member->number(range);
   }
 };
 

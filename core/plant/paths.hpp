@@ -54,6 +54,10 @@ struct DrivePath {
   bool operator==(const DrivePath&) const = default;
 };
 
+/// Least corner of AC coupling: a judgement, a time constant of two days, in which no record sees anything. A fit ends
+/// there, so that the coupling and what it had stored stay in the plant; a file may say 0, which is none.
+inline constexpr double slowest_coupling_hz = 1e-6;
+
 struct SensorPath {
   double gain = 1;
   double bias = 0;
@@ -98,7 +102,7 @@ void visit_sensor_path(AnyPath& path, const std::string& unit, Visit visit) {
   visit("drift_settling_per_s", "1/s", path.drift_settling_per_s, ideal.drift_settling_per_s, Range{.low = 0});
   visit("delay_s", "s", path.delay_s, ideal.delay_s, Range{.low = -10, .high = 10});
   visit_lag(path.lag, visit);
-  visit("high_pass_hz", "Hz", path.high_pass_hz, ideal.high_pass_hz, Range{.low = 0});
+  visit("high_pass_hz", "Hz", path.high_pass_hz, ideal.high_pass_hz, Range{.low = slowest_coupling_hz});
   visit("rate_limit", unit + "/s", path.rate_limit, ideal.rate_limit, Range{.low = 1e-12});
   visit("saturation", unit, path.saturation, ideal.saturation, Range{.low = 1e-12});
   visit("saturation_sharpness", "-", path.saturation_sharpness, ideal.saturation_sharpness, Range{.low = 1});
@@ -134,8 +138,9 @@ Matrix drive_at_samples(const Plant& plant, ConstMatrixRef felt);
 Index drive_samples_read(const Plant& plant, Index count);
 
 /// Readings as a record holds them. @param ideal p x N at `rate_hz`, the first column at the record's first sample.
-/// @param stored p, what the AC coupling of each sensor takes from its reading at that sample, as it has stored it
-/// before; it is forgotten with exp(-2 pi high_pass_hz t). Not a number, or empty: the reading itself, as at rest.
+/// @param stored p, in the units of the sensors: what the AC coupling of each subtracts at that sample, as it has
+/// stored it before; it is forgotten with exp(-2 pi high_pass_hz t). Not a number, or empty: the reading itself, as at
+/// rest.
 Matrix apply_sensor_paths(const Plant& plant, ConstMatrixRef ideal, double rate_hz, const Vector& stored = {});
 /// What the converters make of readings, the end of the range and the rounding alone, and the plant without these:
 /// noise enters a measurement before its converter.

@@ -34,7 +34,7 @@ struct SimulateOptions {
   bool or_at_zero = false;        ///< with the former: at rest at zero where no spring balances the first sample
   Matrix sampled_drive = {};      ///< m x N, what accelerations at the samples read; empty: the drive
   Vector initial_state = {};      ///< 2n [q; v] with memories at rest, or 2n + s; empty: zero, or the equilibrium
-  Vector stored = {};  ///< of `apply_sensor_paths`; ideal readings have no paths, and `simulate` does not ask
+  Vector stored = {};  ///< as in `apply_sensor_paths`; read by `simulate_measured` and `simulate_varied` only
 };
 
 struct Simulation {

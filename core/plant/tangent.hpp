@@ -20,7 +20,7 @@ struct Variation {
   Vector initial = {};  ///< change of the initial state, 2n or 2n + s; empty: 0
   Matrix drive = {};    ///< change of the drive as the plant feels it, m x N; empty: 0
   Matrix sampled = {};  ///< that of `SimulateOptions::sampled_drive`; empty: as `drive`
-  Vector stored = {};   ///< change of `SimulateOptions::stored`, where that is given; `simulate_varied` asks; empty: 0
+  Vector stored = {};   ///< change of `SimulateOptions::stored`, where that is given; read by `simulate_varied` only
   Index kept_samples = -1;  ///< the change counts as faded to 0 after so many kept samples; -1: never
 };
 

@@ -4,6 +4,8 @@
 #include <limits>
 #include <numbers>
 
+#include "core/data/metrics.hpp"
+#include "core/greybox/inner_states.hpp"
 #include "core/greybox/plant_fit.hpp"
 #include "core/plant/dataset.hpp"
 #include "tests/support/plants.hpp"
@@ -84,9 +86,9 @@ TEST_CASE("a record that is cut from a run reads as the run, once it is told wha
   }
 }
 
-TEST_CASE("a coupling far slower than its record explains no bias") {
+TEST_CASE("a coupling of the slowest corner explains no bias") {
   Random random = numbers(7120);
-  const Plant plant = coupled_car(1e-5);
+  const Plant plant = coupled_car(slowest_coupling_hz);
   FitRecord record = cut_record(plant, 0, 10, random);
   record.y.row(0).array() += 5 * record.weight_std(0);
   const PlantFit fit = fit_plant(plant, {}, {record}, *make_levenberg_marquardt({}), {20});
@@ -116,4 +118,62 @@ TEST_CASE("what each of several couplings has stored has a derivative of its own
     REQUIRE(difference.norm() > 0);
     CHECK((J.col(j) - difference).norm() < 1e-2 * difference.norm());
   }
+}
+
+TEST_CASE("a coupling that had settled on a deflection before the release is found in a free decay") {
+  Random random = numbers(7140);
+  for (const double corner : {0.1, 0.5, 2.0}) {
+    const Plant plant = coupled_car(corner);
+    FitRecord record;
+    record.ratio = hold_samples_per_record_sample(plant, kSamplingHz);
+    const Index samples = 800;
+    record.drive = Matrix::Zero(1, samples * record.ratio);
+    InitialState start(Vector(Vector::Zero(4)));
+    start.motion(0) = 0.02;
+    start.memories = {{"sensor:travel.stored", 0.02}};
+    record.y = Matrix::Zero(3, samples);
+    record.weight_std = Vector::Ones(3);
+    const Simulation run = simulate_measured(plant, record.drive, run_options(plant, record, start));
+    REQUIRE(run.status == Status::ok);
+    record.weight_std = kNoise * rms(run.outputs);
+    record.y = run.outputs + record.weight_std.asDiagonal() * random.normal(3, samples);
+    const PlantFit fit = fit_plant(plant, {}, {record}, *make_levenberg_marquardt({}), {30});
+    CAPTURE(corner);
+    REQUIRE(fit.error.size() == 1);
+    CHECK(fit.misfit == Approx(1).epsilon(0.06));
+    CHECK(memories_of(plant, fit.initial_states[0])(0) == Approx(0.02).epsilon(0.1));
+  }
+}
+
+TEST_CASE("a corner that nothing holds ends above zero, where the coupling is still a part of the plant") {
+  Random random = numbers(7150);
+  const Plant truth = plant_from(quarter_car_text);
+  const FitRecord record = cut_record(truth, 0, 10, random);
+  const PlantFit fit = fit_plant(coupled_car(0.15), {{"sensor:travel.high_pass_hz", 0.05, 0}}, {record},
+                                 *make_levenberg_marquardt({}), {60});
+  REQUIRE(fit.error.size() == 1);
+  CHECK(fit.misfit == Approx(1).epsilon(0.06));
+  CHECK(fit.plant.sensors[0].path.high_pass_hz >= slowest_coupling_hz);
+  CHECK(inner_state_names(fit.plant).size() == static_cast<std::size_t>(fit.memory_scale.size()));
+  CHECK(fit.jacobian.cols() == 6);
+  CHECK(fit.covariance.allFinite());
+  Json text = Json::parse(quarter_car_text);
+  text["sensors"][0]["high_pass_hz"] = 0;
+  CHECK(parse_plant(JsonCursor::from(text, "plant.json")).sensors[0].path.high_pass_hz == 0);
+}
+
+TEST_CASE("a coupling is an inner state even where the plant cannot rest under the first sample") {
+  Plant plant = plant_from(one_mass_text);
+  plant.elements[0].laws[0] = {find_law("hardening_spring"), {18000, 1500, 0.02, 0.09}};
+  plant.sensors[0].path.high_pass_hz = 0.2;
+  FitRecord record;
+  record.drive = Matrix::Constant(1, 100, 1e9);
+  record.y = Matrix::Ones(3, 100);
+  record.weight_std = Vector::Ones(3);
+  REQUIRE(static_equilibrium(plant, record.drive.col(0)).status != Status::ok);
+  const InitialState state = with_stored(plant, record, Vector(Vector::Zero(2)));
+  CHECK(state.memories == std::vector<std::pair<std::string, double>>{{"sensor:x.stored", 0}});
+  const Vector scale = typical_inner_states(plant, {record}, {state});
+  REQUIRE(scale.size() == 1);
+  CHECK(scale(0) > 0);
 }

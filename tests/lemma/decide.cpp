@@ -341,6 +341,14 @@ TEST_CASE("beside an effect that stores nothing its element's damping bends, and
   CHECK(named(damping, stiffness, false, true) == 1);
   CHECK(named(damping, stiffness, false, false) == 1);
   CHECK(named(stiffness, body, false, true) == 1);
+  // A parameter of another element where an effect acts says nothing of this one's damper.
+  for (const bool out : {false, true}) {
+    Evidence evidence = two_effects();
+    evidence.pairs[0].effects[0].dissipative = evidence.pairs[0].effects[1].elastic = true;
+    evidence.pairs[0].freed = {freed(evidence, stiffness, -0.002)};
+    if (out) evidence.pairs[0].freed[0].z[damping] = 5;
+    CHECK(decide(evidence).named.size() == (out ? 2 : 3));
+  }
 }
 
 TEST_CASE("at one place an elastic and a dissipative effect are two, and two of one kind are one form's error") {

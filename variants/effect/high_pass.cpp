@@ -4,7 +4,7 @@ namespace wheelhop {
 namespace {
 
 // Judgements. The coupling of accelerometers with built-in electronics has its corner between 0.05 and 3 Hz or so; a
-// fit starts in the middle of that, and a plan asks of the second whether a test would show it.
+// fit starts at kCorner, in the middle of that, and a plan asks of kTypical whether a test would show it.
 constexpr double kCorner = 0.3, kTypical = 0.5;  // Hz
 // Nine of ten corners lie between these, with charge amplifiers and the AC inputs of recorders. One that is far slower
 // than a record acts in it as a bias does.

@@ -46,7 +46,7 @@ const std::vector<Entry<EffectPiece>>& effect_table() {
                                                                 "a wrong gain of a sensor or a drive"),
        table_entry<EffectPiece, EffectOptions, make_sensor_lag>("sensor_lag", "anti-alias filters: 2 to 8 ms",
                                                                 "the phase of a sensor or its filter"),
-       table_entry<EffectPiece, EffectOptions, make_high_pass>("high_pass", "AC coupling: 0.05 to 3 Hz",
+       table_entry<EffectPiece, EffectOptions, make_high_pass>("high_pass", "AC coupling: 0.01 to 5 Hz",
                                                                "a sensor that loses what is slow or constant"),
        table_entry<EffectPiece, EffectOptions, make_bias>("bias", "0.05 to 0.5 m/s^2, millimetres",
                                                           "an offset of a sensor"),

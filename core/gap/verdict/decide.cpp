@@ -10,6 +10,7 @@
 #include <set>
 
 #include "core/gap/verdict/faults.hpp"
+#include "core/gap/verdict/parameter_beside.hpp"
 #include "core/gap/verdict/posterior.hpp"
 
 namespace wheelhop {
@@ -191,7 +192,7 @@ std::optional<Level> grown(const Case& c, const CandidateEvidence& before) {
   const double removes = before.chi2 - set.chi2;
   if (!(removes > std::max(c.thresholds.grows * (before.chi2 - e.samples), c.thresholds.notice * chance_of(e))))
     return {};
-  // Where the error of a form enters, another effect of its kind is no more than a better form.
+  // Where the error of a form enters, another effect is no more than a better form, unless it is of the other kind.
   if (!differs_in_kind(set, last) && within_form(e, before, c.thresholds)) return {};
   level.needed = effect_needed(e, set, last, before.chi2, c.thresholds);
   for (std::size_t i = 0; i <= last; ++i) {
@@ -352,68 +353,6 @@ Verdict doubted(const Case& c, const CandidateEvidence& answer, const RankedCand
   return verdict;
 }
 
-/// True of a parameter that an inexact form of the effects bends, since it belongs to an element where one of them
-/// acts: the bend of a spring whichever parameter is free, a stiffness or damping where that one is of another part,
-/// and where it is of the same one, the damping by effects that store nothing and the stiffness by those of the travel.
-bool bends_with_form(const CandidateEvidence& candidate, const ToleranceEvidence& free,
-                     const ToleranceEvidence& other) {
-  bool acts = false, acts_at_free = false, elastic = true, dissipative = true;
-  for (const EffectEvidence& effect : candidate.effects) {
-    acts_at_free = acts_at_free || effect.location == free.location;
-    if (effect.location != other.location) continue;
-    acts = true;
-    elastic = elastic && effect.elastic;
-    dissipative = dissipative && effect.dissipative;
-  }
-  if (!acts) return false;
-  if (!is_parameter_error(other.effect) || !acts_at_free) return true;
-  if (free.effect == other.effect) return false;
-  return (dissipative && other.effect == "damping_error") || (elastic && other.effect == "stiffness_error");
-}
-
-/// Names a parameter that is wrong beside the effects. Where with it free another one leaves its tolerance that no form
-/// of the effects bends, or one of another name would have to be named as well, none is named.
-void add_parameter_beside(const Case& c, Verdict& verdict) {
-  Effects& effects = std::get<Effects>(verdict.answer);
-  const CandidateEvidence& candidate = candidate_of(c.evidence, effects);
-  const auto probability_of = [&](std::size_t i) {
-    const double before = i == 0 ? candidate.chi2 : candidate.freed[i - 1].chi2;
-    return probability_beside(c.evidence, candidate.freed[i], before, c.thresholds);
-  };
-  const auto wrong = [&](std::size_t i) {
-    return i < candidate.freed.size() && probability_of(i) > c.thresholds.stands_out;
-  };
-  if (!wrong(0)) return;
-  const FreedEvidence& freed = candidate.freed.front();
-  const ToleranceEvidence& own = c.evidence.tolerances[freed.tolerance];
-  if (wrong(1) && c.evidence.tolerances[candidate.freed[1].tolerance].name() != own.name()) return;
-  for (std::size_t i = 0; i < freed.z.size(); ++i)
-    if (i != freed.tolerance && std::abs(freed.z[i]) > c.thresholds.not_home &&
-        !bends_with_form(candidate, own, c.evidence.tolerances[i]))
-      return;
-  const double probability = probability_of(0);
-  const Suspect suspect{own.effect,
-                        own.location,
-                        "",
-                        std::min(probability, c.thresholds.surest),
-                        freed.stage.misfit,
-                        freed.closure_of_retuned,
-                        {freed.fitted}};
-  effects.parameter = true;
-  verdict.named.push_back(suspect.name());
-  std::erase(verdict.ambiguous_with, suspect.name());
-  verdict.suspects.insert(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(candidate.effects.size()), suspect);
-  // Its place is as probable as it is, and stands behind that of the first effect.
-  const auto place = std::find_if(verdict.locations.begin(), verdict.locations.end(),
-                                  [&](const LocationProbability& other) { return other.location == own.location; });
-  if (place == verdict.locations.end())
-    verdict.locations.push_back({own.location, suspect.probability});
-  else
-    place->probability = std::max(place->probability, suspect.probability);
-  std::stable_sort(verdict.locations.begin() + 1, verdict.locations.end(),
-                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
-}
-
 /// Row 3.
 Verdict decide_effects(const Case& c, const std::vector<RankedCandidate>& ranked) {
   Verdict verdict;
@@ -438,7 +377,7 @@ Verdict decide_effects(const Case& c, const std::vector<RankedCandidate>& ranked
   verdict = doubted(c, *answer.candidate, ranked.front(), std::move(verdict));
   if (!is<Effects>(verdict)) return verdict;
   calibrate(c, verdict);
-  add_parameter_beside(c, verdict);
+  add_parameter_beside(c.evidence, c.thresholds, verdict);
   if (std::get<Effects>(verdict.answer).parameter) {
     verdict.row = "3f";
     verdict.why = "the most probable effect, and a wrong parameter beside it";

@@ -20,9 +20,9 @@
 /// | 3   | an effect is the most probable; sets grow from it as long as another effect        |                |
 /// |     | removes `grows` of what is left; named is the largest set of which each effect     |                |
 /// |     | removes `second` of what the others leave; of what may be the error of a form      |                |
-/// |     | (at most `worth_second` of the gap, entering at its place) further effects, at     |                |
-/// |     | other places or a damper's beside a spring's, have to leave less than `of_rest`;   |                |
-/// |     | then                                                                               |                |
+/// |     | (at most `worth_second` of the gap, entering at its place) further effects have to |                |
+/// |     | leave less than `of_rest`, and count only at other places, or if one is elastic    |                |
+/// |     | and the other dissipative; then                                                    |                |
 /// | 3a  |   a defining size is odd, but the effect explains the gap (`explains_well`)        | AtPlace, there |
 /// | 3b  |   it explains too little, its place is wrong, or its size odd; and                 |                |
 /// |     |   gap left <= `too_small`, no parameter bent beyond `out_of_tolerance`             | NoGap          |

@@ -159,8 +159,8 @@ struct EffectEvidence {
   std::string form;
   std::vector<FittedParameter> parameters;
   std::vector<DefiningSize> defining;
-  bool elastic = false;      ///< its law's force is one of the travel alone (LawKind::is_elastic)
-  bool dissipative = false;  ///< its law stores nothing (LawKind::is_dissipative)
+  bool elastic = false;      ///< it is a law whose force is one of the travel alone (LawKind::is_elastic)
+  bool dissipative = false;  ///< it is a law whose force stores nothing (LawKind::is_dissipative)
   EffectAt name() const { return {effect, location}; }
   template <class V>
   void fields(V&& visit) {

@@ -269,12 +269,6 @@ bool worth_another(const Evidence& evidence, const CandidateEvidence& set, const
   return remains > thresholds.much_left * evidence.samples || !within_form(evidence, set, thresholds);
 }
 
-bool shares_place(const CandidateEvidence& set, std::size_t which) {
-  const Place& place = set.effects[which].location;
-  return std::count_if(set.effects.begin(), set.effects.end(),
-                       [&](const EffectEvidence& other) { return other.location == place; }) > 1;
-}
-
 bool differs_in_kind(const CandidateEvidence& set, std::size_t which) {
   const EffectEvidence& own = set.effects[which];
   for (std::size_t i = 0; i < set.effects.size(); ++i) {
@@ -287,10 +281,11 @@ bool differs_in_kind(const CandidateEvidence& set, std::size_t which) {
 
 bool effect_needed(const Evidence& evidence, const CandidateEvidence& set, std::size_t which, double chi2_without,
                    const Thresholds& thresholds) {
-  // At one place another effect may be no more than what the first one's form does not fit: it has to do better.
+  // At one place another effect may be no more than what the first one's form does not fit, unless it is of the other
+  // kind: it has to do better.
   const double remains = chi2_without - evidence.samples;
   return chi2_without - set.chi2 >
-         std::max((shares_place(set, which) ? thresholds.second_there : thresholds.second) * remains,
+         std::max((differs_in_kind(set, which) ? thresholds.second : thresholds.second_there) * remains,
                   thresholds.notice * chance_of(evidence));
 }
 

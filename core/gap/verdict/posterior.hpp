@@ -108,11 +108,10 @@ bool within_form(const Evidence& evidence, const CandidateEvidence& set, const T
 bool worth_another(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
 /// True where these depend on `left_at_place` of the set, which is not known yet.
 bool asks_left_at_place(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
-/// True if another effect of a set stands where this one does. @param which number of the effect
-bool shares_place(const CandidateEvidence& set, std::size_t which);
-/// True if each effect of a set that stands where this one does differs from it in kind, one elastic and the other
-/// dissipative. Neither can be the error of the other's form: what a spring's form does not fit is elastic too, and
-/// does no work in a cycle, whereas all that a damper's does not fit is work.
+/// True if every other effect of a set at the place of this one is of the opposite kind, one elastic and one
+/// dissipative; also where there is no other. Neither can be the error of the other's form: what a spring's form does
+/// not fit is elastic too, and does no work in a cycle, whereas all that a damper's does not fit is work.
+/// @param which number of the effect
 bool differs_in_kind(const CandidateEvidence& set, std::size_t which);
 /// Whether an effect of a set removes enough of what the others leave to be named.
 /// @param which number of the effect   @param chi2_without of the others

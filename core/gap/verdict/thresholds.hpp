@@ -122,8 +122,8 @@ struct Thresholds {
           judgement, "the larger half of what is missing");
     visit("turned", turned, "-", "share of what re-tuning leaves that the right sign of a channel must remove",
           judgement, "a plant bent by the wrong sign follows much of what the right one does");
-    visit("second_there", second_there, "-", "likewise, where the first effect stands", judgement,
-          "there it may be no more than the first one's form");
+    visit("second_there", second_there, "-", "likewise, where another effect stands that is not of the opposite kind",
+          judgement, "there it may be no more than the error of that one's form");
     visit("worth_second", worth_second, "-", "share of the gap that is left, from which a second effect is looked for",
           judgement, "forms of another formula leave up to so much");
     visit("worth_pair", worth_pair, "-", "share of the gap that the larger of two effects removes alone", judgement,

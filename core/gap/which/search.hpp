@@ -96,8 +96,9 @@ struct Search {
   const Step& step;
 };
 
-/// A single beside which a second effect was looked for.
-struct FirstEffect {
+/// A single that a search for pairs has read.
+struct ReadSingle {
+  EffectAt name;
   std::vector<EffectCandidate> effects;
   double chi2 = 0;
 };
@@ -107,7 +108,7 @@ struct Candidates {
   std::vector<Hypothesis> fits;
   std::vector<CandidateEvidence> evidence;  ///< of the candidates; `fit` of each is an index into `fits`
   std::vector<Hypothesis> alone;            ///< of the best pair: either effect fitted alone
-  std::vector<FirstEffect> firsts;          ///< of pairs: beside these they were looked for
+  std::vector<ReadSingle> read;             ///< of pairs: the singles on which their search depended
   /// @param candidate index into `evidence`
   Hypothesis& fit_of(std::size_t candidate) { return fits[evidence[candidate].fit]; }
   const Hypothesis& fit_of(std::size_t candidate) const { return fits[evidence[candidate].fit]; }
@@ -173,7 +174,8 @@ std::vector<Hypothesis> free_beside(const Search& search, const std::vector<Tole
 
 /// Looks for a second effect beside the best first ones, and refits both effects of the best pair alone; where one of
 /// them then is enough, it joins the singles, and the search goes on from there.
-/// @param before what an earlier search among fewer singles found, which is returned if the first effects are the same
+/// @param before what an earlier search among fewer singles found, which is returned if it depended on the same of
+/// them: the first effects, and all at the instruments of the best pair
 /// @param evidence without pairs; its singles those of `singles`, both may grow
 /// @return the pairs, ascending by chi2; none where no second effect is worth a search
 Candidates find_pairs(const Search& search, const Changes& changes, Candidates before, Evidence& evidence,

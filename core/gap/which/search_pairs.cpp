@@ -119,13 +119,32 @@ void add_exchanged(const Search& search, const std::vector<RankedCandidate>& ran
   }
 }
 
-/// True if a second effect was looked for beside these singles, as they are. @param numbers of candidates
-bool searched_beside(const Candidates& pairs, const std::vector<std::size_t>& numbers, const Candidates& singles) {
-  return std::equal(pairs.firsts.begin(), pairs.firsts.end(), numbers.begin(), numbers.end(),
-                    [&](const FirstEffect& before, std::size_t number) {
-                      const Hypothesis& now = singles.fit_of(number);
-                      return same_forms(before.effects, now.effects) && before.chi2 == now.chi2;
-                    });
+/// The singles on which a search for pairs depends: the first effects, then all at the instruments of the best pair.
+/// @param numbers of the first ones   @param pairs what was found
+std::vector<ReadSingle> read_by_search(const std::vector<std::size_t>& numbers, const Candidates& singles,
+                                       const Candidates& pairs) {
+  std::vector<ReadSingle> list;
+  const auto add = [&](std::size_t number) {
+    const Hypothesis& fit = singles.fit_of(number);
+    list.push_back({singles.evidence[number].last().name(), fit.effects, fit.chi2});
+  };
+  for (const std::size_t number : numbers) add(number);
+  const auto best = std::min_element(pairs.fits.begin(), pairs.fits.end(),
+                                     [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; });
+  if (best == pairs.fits.end()) return list;
+  for (std::size_t number = 0; number < singles.evidence.size(); ++number) {
+    const Place& place = singles.evidence[number].last().location;
+    if (is_path(place) && std::any_of(best->effects.begin(), best->effects.end(),
+                                      [&](const EffectCandidate& own) { return own.location == place; }))
+      add(number);
+  }
+  return list;
+}
+
+bool same_singles(const std::vector<ReadSingle>& a, const std::vector<ReadSingle>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const ReadSingle& one, const ReadSingle& other) {
+    return one.name == other.name && one.chi2 == other.chi2 && same_forms(one.effects, other.effects);
+  });
 }
 
 /// Every second effect for the best first ones in turn, until a pair closes what the first leaves.
@@ -219,12 +238,11 @@ Candidates find_pairs(const Search& search, const Changes& changes, Candidates b
     const CandidateEvidence first = evidence.singles[index];
     if (!worth_another(evidence, first, search.thresholds)) return pairs;
     const std::vector<std::size_t> numbers = firsts(search, ranked, singles);
-    if (searched_beside(before, numbers, singles)) return before;
-    for (const std::size_t number : numbers)
-      pairs.firsts.push_back({singles.fit_of(number).effects, singles.fit_of(number).chi2});
+    if (!before.fits.empty() && same_singles(before.read, read_by_search(numbers, singles, before))) return before;
     for (Hypothesis& pair : pairs_of(search, ranked, numbers, known, singles))
       add_candidates(search, std::move(pair), pairs);
     if (pairs.evidence.empty()) return pairs;
+    pairs.read = read_by_search(numbers, singles, pairs);
     // By chi2 alone the best pair may be one of implausible sizes.
     const std::size_t best = ranked_sets(evidence, pairs.evidence, first, search.thresholds).front().index;
     if (!effect_needed(evidence, pairs.evidence[best], 1, first.chi2, search.thresholds)) return pairs;

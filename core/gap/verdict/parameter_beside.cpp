@@ -1,0 +1,75 @@
+#include "core/gap/verdict/parameter_beside.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/gap/verdict/posterior.hpp"
+
+namespace wheelhop {
+namespace {
+
+/// True of a parameter that an inexact form of the effects bends, since it belongs to an element where one of them
+/// acts: the bend of a spring whichever parameter is free; a stiffness or damping where the free parameter is of a part
+/// without effects; beside a free parameter of the same element, the damping where all effects there store nothing, and
+/// the stiffness where all of them are elastic.
+bool bends_with_form(const CandidateEvidence& candidate, const ToleranceEvidence& free,
+                     const ToleranceEvidence& other) {
+  bool acts = false, acts_at_free = false, elastic = true, dissipative = true;
+  for (const EffectEvidence& effect : candidate.effects) {
+    acts_at_free = acts_at_free || effect.location == free.location;
+    if (effect.location != other.location) continue;
+    acts = true;
+    elastic = elastic && effect.elastic;
+    dissipative = dissipative && effect.dissipative;
+  }
+  if (!acts) return false;
+  if (!is_parameter_error(other.effect) || !acts_at_free) return true;
+  if (free.location != other.location || free.effect == other.effect) return false;
+  return (dissipative && other.effect == "damping_error") || (elastic && other.effect == "stiffness_error");
+}
+
+}  // namespace
+
+void add_parameter_beside(const Evidence& evidence, const Thresholds& thresholds, Verdict& verdict) {
+  Effects& effects = std::get<Effects>(verdict.answer);
+  const CandidateEvidence& candidate = candidate_of(evidence, effects);
+  const auto probability_of = [&](std::size_t i) {
+    const double before = i == 0 ? candidate.chi2 : candidate.freed[i - 1].chi2;
+    return probability_beside(evidence, candidate.freed[i], before, thresholds);
+  };
+  const auto wrong = [&](std::size_t i) {
+    return i < candidate.freed.size() && probability_of(i) > thresholds.stands_out;
+  };
+  if (!wrong(0)) return;
+  const FreedEvidence& freed = candidate.freed.front();
+  const ToleranceEvidence& own = evidence.tolerances[freed.tolerance];
+  if (wrong(1) && evidence.tolerances[candidate.freed[1].tolerance].name() != own.name()) return;
+  for (std::size_t i = 0; i < freed.z.size(); ++i)
+    if (i != freed.tolerance && std::abs(freed.z[i]) > thresholds.not_home &&
+        !bends_with_form(candidate, own, evidence.tolerances[i]))
+      return;
+  const double probability = probability_of(0);
+  const Suspect suspect{own.effect,
+                        own.location,
+                        "",
+                        std::min(probability, thresholds.surest),
+                        freed.stage.misfit,
+                        freed.closure_of_retuned,
+                        {freed.fitted}};
+  effects.parameter = true;
+  verdict.named.push_back(suspect.name());
+  std::erase(verdict.ambiguous_with, suspect.name());
+  verdict.suspects.insert(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(candidate.effects.size()), suspect);
+  // Its place is as probable as it is, and stands behind that of the first effect.
+  const auto place = std::find_if(verdict.locations.begin(), verdict.locations.end(),
+                                  [&](const LocationProbability& other) { return other.location == own.location; });
+  if (place == verdict.locations.end())
+    verdict.locations.push_back({own.location, suspect.probability});
+  else
+    place->probability = std::max(place->probability, suspect.probability);
+  std::stable_sort(verdict.locations.begin() + 1, verdict.locations.end(),
+                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
+}
+
+}  // namespace wheelhop
