@@ -10,4 +10,5 @@ wheelhop_tests(plant wheelhop_plant
   lemma/stepping.cpp
   lemma/plant_inerter.cpp
   lemma/plant_force.cpp
-  lemma/plant_ground.cpp)
+  lemma/plant_ground.cpp
+  lemma/schedule.cpp)

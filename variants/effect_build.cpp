@@ -35,6 +35,26 @@ class FunctionEffect final : public Effect {
   std::function<void(const Plant&, const Operation&, std::vector<EffectCandidate>&)> function_;
 };
 
+/// How number k of what corrects a damper follows a drive: as the damping does, so that both stay the same.
+Schedule schedule_of_damper(const Element& element, std::size_t k) {
+  for (const Law& law : element.laws)
+    if (law.scheduled() && law.kind->name == "viscous_damper")
+      return {law.schedule.by, {{k, law.schedule.slopes.front().second}}, law.schedule.tolerance};
+  return {};
+}
+
+/// How the strength of a law (number k) may follow a drive where a law beside it does: in the same proportion, where a
+/// fit starts.
+Schedule schedule_beside(const Element& element, const Law& added, std::size_t k) {
+  for (const Law& law : element.laws) {
+    if (!law.scheduled()) continue;
+    const auto [number, slope] = law.schedule.slopes.front();
+    if (law.values[number] == 0 || slope == 0 || added.values[k] == 0) continue;
+    return {law.schedule.by, {{k, added.values[k] * slope / law.values[number]}}, law.schedule.tolerance};
+  }
+  return {};
+}
+
 /// The element between the ground and a mass, of any name; the number of elements if there is none.
 std::size_t joint_to_ground(const Plant& plant, const std::string& mass) {
   const auto joins = [&](const Element& element) {
@@ -66,6 +86,7 @@ std::optional<Applied> law_in(const Plant& plant, const std::string& element, co
     if (added.kind->parameters[k].name == "damping_ns_per_m") {
       law.values[k] = viscous_damping(*place);
       if (!(law.values[k] > 0)) return std::nullopt;
+      law.schedule = schedule_of_damper(*place, k);
     }
   place->laws.push_back(std::move(law));
   applied.law = law_name(*place, place->laws.size() - 1);
@@ -115,6 +136,11 @@ EffectCandidate with_law(const Plant& plant, const LawPlace& place, const Effect
       added.values.push_back(added.kind->parameters[i].fallback);
   const bool joined = place.element < plant.elements.size();
   const std::string element = joined ? plant.elements[place.element].name : guide_element(place.mass);
+  const std::vector<std::string> numbers = added.parameter_names();
+  const auto strength = moved.empty() ? numbers.end() : std::find(numbers.begin(), numbers.end(), moved.front().first);
+  if (joined && added.kind->role == LawRole::force && !added.kind->is_correction && strength != numbers.end())
+    added.schedule =
+        schedule_beside(plant.elements[place.element], added, static_cast<std::size_t>(strength - numbers.begin()));
   EffectCandidate candidate;
   candidate.apply = [added, element, mass = place.mass](const Plant& other) {
     return law_in(other, element, mass, added);
@@ -126,6 +152,8 @@ EffectCandidate with_law(const Plant& plant, const LawPlace& place, const Effect
     candidate.parameters.push_back({candidate.law + "." + name, scale, 0});
     if (name == "relaxation_s") candidate.parameters.back().least = 1 / (kRelaxing * plant.hold_hz());
   }
+  for (const auto& [number, slope] : added.schedule.slopes)
+    candidate.parameters.push_back({candidate.law + ".scheduled." + numbers[number], third(slope), 0});
   return candidate;
 }
 

@@ -38,7 +38,8 @@ struct LawPlace {
 std::vector<LawPlace> law_places(const Plant& plant, const Operation& operation);
 
 /// Adds a law to an element. `values` in the order of the law's parameters, of which the last ones may be left to their
-/// fallbacks; `moved` by their names there.
+/// fallbacks; `moved` by their names there, the strength first. Beside a law that follows a drive (`Schedule`) the
+/// strength may follow it too, and what corrects a damper follows it as the damper does.
 EffectCandidate with_law(const Plant& plant, std::size_t element, const EffectId& effect, const std::string& form,
                          const std::string& law, std::vector<double> values,
                          const std::vector<std::pair<std::string, double>>& moved);

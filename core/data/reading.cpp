@@ -47,6 +47,11 @@ ColumnMap read_column_map(const std::string& channel, const JsonCursor& cursor) 
     read_place(cursor, map.column, map.number);
     return map;
   }
+  if (const auto value = cursor.find("value")) {
+    map.value = value->number();
+    cursor.done();  // nothing is read that a unit or a scale could belong to
+    return map;
+  }
   if (const auto column = cursor.find("column")) read_place(*column, map.column, map.number);
   if (const auto unit = cursor.find("unit")) map.unit = read_unit(*unit, "mm");
   map.scale = cursor.number("scale", 1);
@@ -293,11 +298,19 @@ ReadingRequest read_reading_request(const JsonCursor& set, const JsonCursor& rec
 
 FileTable::FileTable(const fs::path& file, const ReadingRequest& request, const std::vector<Channel>& channels)
     : file_(file), source_(file.string()), lost_(request.lost), time_(request.time), text_(!is_mat_name(file)) {
+  std::vector<Channel> in_file;
+  for (const Channel& channel : channels) {
+    constants_.push_back(map_of(channel, request).value);
+    if (!constants_.back())
+      in_file.push_back(channel);
+    else
+      told_.push_back(fmt::format("{}: {:g} throughout, from no column", channel.name, *constants_.back()));
+  }
   try {
     if (text_)
-      read_text_file(request, channels);
+      read_text_file(request, in_file);
     else
-      read_mat_file(request, channels);
+      read_mat_file(request, in_file);
   } catch (const std::bad_alloc&) {
     throw MachineError(fmt::format("{}: not enough memory for its table", source_));
   }
@@ -333,7 +346,7 @@ void FileTable::read_text_file(const ReadingRequest& request, const std::vector<
     wanted.push_back({places.back(), false});
   }
   names_ = known_names(layout);
-  told_ = layout_told(layout);
+  for (std::string& sentence : layout_told(layout)) told_.push_back(std::move(sentence));
   if (!told_time.empty()) told_.push_back(told_time);
   use_columns(request, channels, layout, places);
   if (!time_.rate_hz && layout.instants[places.front()]) time_factor_ = 1;
@@ -415,6 +428,19 @@ void FileTable::require_finite(Index first, Index count) const {
 }
 
 FileTable::Stretch FileTable::take(Index first, Index count, std::optional<double> sampling_hz) const {
+  Stretch out = take_columns(first, count, sampling_hz);
+  const Matrix columns = std::move(out.values);
+  out.values.resize(static_cast<Index>(constants_.size()), columns.cols());
+  Index next = 0;
+  for (std::size_t i = 0; i < constants_.size(); ++i)
+    if (const auto row = static_cast<Index>(i); constants_[i])
+      out.values.row(row).setConstant(*constants_[i]);
+    else
+      out.values.row(row) = columns.row(next++);
+  return out;
+}
+
+FileTable::Stretch FileTable::take_columns(Index first, Index count, std::optional<double> sampling_hz) const {
   require_finite(first, count);
   Stretch out{0, first, count, {}, told_};
   const Index timed = time_.rate_hz ? 0 : 1;

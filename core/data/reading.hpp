@@ -27,15 +27,16 @@ bool is_mat_name(const std::filesystem::path& file);
 std::string column_unit(const TextLayout& layout, std::size_t place, const std::string& asked);
 
 /// Where a channel stands in the file, and what its numbers are: (scale number + offset) in `unit`, divided by
-/// `sensitivity` where there is one.
+/// `sensitivity` where there is one. Or what the channel was throughout the record, where no column tells it.
 struct ColumnMap {
   std::string channel;
   std::string column;  ///< its name, with or without the unit behind it; empty: that of the channel, or by number
   Index number = 0;    ///< from 1; 0: by name
   std::string unit;    ///< empty: as the file tells it
   double scale = 1, offset = 0;
-  std::string sensitivity;  ///< "100 mV/g"; empty: none
-  std::string where;        ///< place in records.json
+  std::string sensitivity;      ///< "100 mV/g"; empty: none
+  std::optional<double> value;  ///< constant, in the channel's unit; there is no column then
+  std::string where;            ///< place in records.json
 };
 
 struct TimeMap {
@@ -59,7 +60,8 @@ struct ReadingRequest {
 
 /// Reads the members `format` (text_layout.hpp), `columns`, `time` and `lost_samples` of a record, or of the set where
 /// the record says nothing; `columns` channel by channel.
-/// - `columns`: `{"CHANNEL": "name", 3 or {"column": "name" or 3, "unit", "scale", "offset", "sensitivity"}}`
+/// - `columns`: `{"CHANNEL": "name", 3, {"column": "name" or 3, "unit", "scale", "offset", "sensitivity"} or
+///   {"value": 0.88}}`
 /// - `time`: `"name"`, a number, or `{"column", "unit", "scatter"}`, or `{"rate_hz"}` where no column tells the time
 /// - `lost_samples`: `"refuse"`, `"bridge"` or `"cut"`
 /// UserError with file and JSON path. Keys of channels that nobody asks for are let pass: other commands may.
@@ -97,6 +99,7 @@ class FileTable {
   void use_columns(const ReadingRequest& request, const std::vector<Channel>& channels, const TextLayout& layout,
                    const std::vector<std::size_t>& places);
   void require_finite(Index first, Index count) const;
+  Stretch take_columns(Index first, Index count, std::optional<double> sampling_hz) const;
 
   std::filesystem::path file_;
   std::string source_;
@@ -107,7 +110,8 @@ class FileTable {
   TextTable table_;                                     ///< row 0 the time if there is one, then the channels
   std::vector<std::string> wanted_;                     ///< names of its rows in the file
   std::optional<double> time_factor_;                   ///< s per unit of the time column; none where nothing tells it
-  std::vector<std::pair<double, double>> conversions_;  ///< of the channels: value = first number + second
+  std::vector<std::optional<double>> constants_;        ///< one a channel: what it is throughout; none: a column tells
+  std::vector<std::pair<double, double>> conversions_;  ///< of the columns: value = first number + second
   std::vector<std::string> told_;
 };
 

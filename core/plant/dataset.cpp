@@ -164,6 +164,14 @@ Matrix drive_of_record(const Plant& plant, const Signal& record) {
       throw UserError(fmt::format("plant \"{}\": expected input \"{}\" in {}, found it in {} in the record", plant.name,
                                   input.name, input.unit, unit));
     drive.row(i) = record.u.row(row);
+    if (input.kind != InputKind::schedule || drive.cols() == 0) continue;
+    const double slack = kBeyondSchedule * (input.range.high - input.range.low);
+    const double low = drive.row(i).minCoeff(), high = drive.row(i).maxCoeff();
+    if (low < input.range.low - slack || high > input.range.high + slack)
+      throw UserError(
+          fmt::format("plant \"{}\": expected \"{}\" to stay in its range of {:.4g} to {:.4g} {}, found {:.4g} "
+                      "to {:.4g} in the record",
+                      plant.name, input.name, input.range.low, input.range.high, input.unit, low, high));
   }
   return drive;
 }

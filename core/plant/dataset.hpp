@@ -51,8 +51,13 @@ VariedSimulation simulate_varied(const Plant& plant, ConstMatrixRef drive, Simul
 GeneratedRecord generate_record(const Plant& plant, ConstMatrixRef drive, double sampling_hz,
                                 SimulateOptions options = {});
 
+/// Share of its range by which a measured schedule may lie beyond either end and count as that end: a judgement, for
+/// what noise and an offset of a few per cent do there.
+inline constexpr double kBeyondSchedule = 0.05;
+
 /// Rows of `channels` put into the order of the plant's inputs, found by name. UserError naming missing inputs and the
-/// known channels, or a unit that differs from the plant's (an empty unit is taken as the plant's).
+/// known channels, a unit that differs from the plant's (an empty unit is taken as the plant's), or a schedule that
+/// leaves its range.
 Matrix drive_of_record(const Plant& plant, const Signal& record);
 
 /// Simulates the plant under the inputs of a record: finds them by name, brings each to the hold rate by its own

@@ -67,8 +67,28 @@ std::vector<std::string> Law::parameter_names() const {
 
 namespace {
 
-std::string key_of(const LawParameter& parameter, bool rotary) {
-  return rotary ? rotary_name(parameter.name) : parameter.name;
+std::string key_of(const std::string& name, bool rotary) { return rotary ? rotary_name(name) : name; }
+std::string key_of(const LawParameter& parameter, bool rotary) { return key_of(parameter.name, rotary); }
+
+Schedule parse_schedule(const JsonCursor& cursor, const Law& law, bool rotary) {
+  if (law.kind->role != LawRole::force)
+    cursor.fail("a law that gives a force of its own: \"" + law.kind->name + "\" acts on masses or other laws");
+  Schedule schedule;
+  schedule.by = cursor.at("by").string();
+  if (schedule.by.empty()) cursor.at("by").fail("the name of an input of kind \"schedule\"");
+  const JsonCursor slopes = cursor.at("slopes");
+  const std::vector<std::string> names = law.parameter_names();
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const auto slope = slopes.find(key_of(names[k], rotary));
+    if (!slope) continue;
+    if (!std::isfinite(law.values[k])) slope->fail("no slope of a number that the law does not give");
+    schedule.slopes.emplace_back(k, slope->number());
+  }
+  slopes.done();
+  if (schedule.slopes.empty()) slopes.fail("a slope of one of the law's numbers at least");
+  schedule.tolerance = parse_tolerance(cursor);
+  cursor.done();
+  return schedule;
 }
 
 }  // namespace
@@ -90,6 +110,7 @@ Law parse_law(const JsonCursor& cursor, bool rotary) {
     }
   }
   law.tolerance = parse_tolerance(cursor);
+  if (const auto schedule = cursor.find("scheduled")) law.schedule = parse_schedule(*schedule, law, rotary);
   cursor.done();
   if (law.kind->check) {
     const std::string expected = law.kind->check(law.values);
@@ -108,6 +129,12 @@ Json to_json(const Law& law, bool rotary) {
       if (std::isfinite(law.values[k])) out[key_of(law.kind->parameters[k], rotary)] = law.values[k];
   }
   out["tolerance"] = law.tolerance;
+  if (law.scheduled()) {
+    Json slopes = Json::object();
+    const std::vector<std::string> names = law.parameter_names();
+    for (const auto& [k, slope] : law.schedule.slopes) slopes[key_of(names[k], rotary)] = slope;
+    out["scheduled"] = {{"by", law.schedule.by}, {"slopes", slopes}, {"tolerance", law.schedule.tolerance}};
+  }
   return out;
 }
 

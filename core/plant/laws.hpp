@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/base/json.hpp"
@@ -115,12 +116,22 @@ struct LawKind {
   }
 };
 
+/// How numbers of a law follow a drive of kind "schedule", u: number i is values[i] + slope_i u, as that of a damper
+/// whose valve or magnetic field is set from outside.
+struct Schedule {
+  std::string by;                                      ///< name of the drive; empty: none
+  std::vector<std::pair<std::size_t, double>> slopes;  ///< by number of the value, in its unit per unit of the drive
+  double tolerance = default_tolerance;                ///< relative standard deviation of the slopes
+};
+
 /// One law of an element: its kind and the values of its parameters.
 struct Law {
   const LawKind* kind = nullptr;
   std::vector<double> values;
   double tolerance = default_tolerance;  ///< relative standard deviation within which the values are known
+  Schedule schedule = {};                ///< with one, `values` are those where the drive is 0
 
+  bool scheduled() const { return !schedule.by.empty(); }
   /// Of a law without memory.
   bool force(double x, double v, double& f) const { return kind->force(values, x, v, f); }
   bool slopes(double x, double v, double& df_dx, double& df_dv) const {
@@ -145,7 +156,8 @@ const LawKind* find_law(std::string_view name);
 
 /// The optional member `tolerance` of a mass or law, in (0, 1].
 double parse_tolerance(const JsonCursor& cursor);
-/// Reads `{"law": NAME, PARAMETER: value, ..., "tolerance"?: value}`. UserError on anything else.
+/// Reads `{"law": NAME, PARAMETER: value, ..., "tolerance"?: value, "scheduled"?: {"by": DRIVE, "slopes": {PARAMETER:
+/// value, ...}, "tolerance"?: value}}`. UserError on anything else, but any name of a drive.
 /// @param rotary the keys are those of what turns, see rotary.hpp
 Law parse_law(const JsonCursor& cursor, bool rotary = false);
 Json to_json(const Law& law, bool rotary = false);

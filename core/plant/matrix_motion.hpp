@@ -39,8 +39,8 @@ struct PerMass<V, 0> {
 template <class V, int N>
 class MatrixMotion {
  public:
-  /// @param motions one a lane, kept by reference
-  explicit MatrixMotion(const std::vector<const Motion*>& motions);
+  /// @param motions one a lane, kept by reference; `hold` sets their schedules
+  explicit MatrixMotion(const std::vector<Motion*>& motions);
 
   std::size_t masses() const {
     if constexpr (N > 0)
@@ -100,11 +100,14 @@ class MatrixMotion {
   Truth<V> law_by_lane(std::size_t k, V x, V v, V& f) const;
   Truth<V> memory_law(std::size_t k, V x, V v, const V* z, V& f, V* z_rate) const;
 
-  std::vector<const Motion*> motions_;
+  void follow_schedules(const V* u);
+
+  std::vector<Motion*> motions_;
   std::size_t masses_, memories_;
   PerMass<V, N * N> stiffness_, damping_;  // M^-1 K and M^-1 D, a row a mass
   std::vector<Curved> curved_;
   std::vector<std::vector<V>> values_;  // of the laws, for lanes
+  std::vector<double> told_;            // inputs of one lane, where laws follow any
   PerMass<V, N> load_, b_;              // load_: what of b is constant
   struct Drive {
     bool moves_node;
@@ -123,14 +126,14 @@ inline double at(Lanes from, int lane) { return from[lane]; }
 
 /// Of each lane its own number.
 template <class V, class Function>
-V gather(const std::vector<const Motion*>& motions, Function&& number) {
+V gather(const std::vector<Motion*>& motions, Function&& number) {
   return each_lane<V>([&](std::size_t lane) { return number(*motions[lane]); });
 }
 
 }  // namespace lanes
 
 template <class V, int N>
-MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
+MatrixMotion<V, N>::MatrixMotion(const std::vector<Motion*>& motions)
     : motions_(motions),
       masses_(static_cast<std::size_t>(motions[0]->masses())),
       memories_(static_cast<std::size_t>(motions[0]->memories())),
@@ -200,6 +203,7 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
   for (std::size_t i = 0; i < n; ++i)
     load_[i] = lanes::gather<V>(
         motions, [&](const Motion& motion) { return motion.accelerated(motion.load_forces().data(), i); });
+  if (first.has_schedules()) told_.resize(first.inputs_.size());
   if constexpr (!std::is_same_v<V, double>)
     for (std::size_t k = 0; k < first.laws_.size(); ++k) {
       values_.emplace_back();
@@ -212,6 +216,7 @@ MatrixMotion<V, N>::MatrixMotion(const std::vector<const Motion*>& motions)
 template <class V, int N>
 void MatrixMotion<V, N>::hold(const V* u, const V* u_rate) {
   const std::size_t n = masses();
+  if (!told_.empty()) follow_schedules(u);
   for (std::size_t i = 0; i < n; ++i) b_[i] = load_[i];
   for (Curved& element : curved_) element.travel = element.rate = 0.0;
   for (std::size_t d = 0; d < drives_.size(); ++d) {
@@ -222,6 +227,18 @@ void MatrixMotion<V, N>::hold(const V* u, const V* u_rate) {
       curved_[e].travel += V(drive.travel[e]) * u[d];
       curved_[e].rate += V(drive.travel[e]) * u_rate[d];
     }
+  }
+}
+
+template <class V, int N>
+[[gnu::noinline]] void MatrixMotion<V, N>::follow_schedules(const V* u) {
+  for (std::size_t lane = 0; lane < motions_.size(); ++lane) {
+    Motion& own = *motions_[lane];
+    for (std::size_t i = 0; i < told_.size(); ++i) told_[i] = lanes::at(u[i], static_cast<int>(lane));
+    own.set_schedules(told_.data());
+    if constexpr (!std::is_same_v<V, double>)
+      for (const Motion::Scheduled& number : own.scheduled_)
+        values_[number.law][number.value].set(static_cast<int>(lane), own.laws_[number.law].values[number.value]);
   }
 }
 

@@ -8,6 +8,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/plant/schedule.hpp"
+
 namespace wheelhop {
 
 Motion::Motion(const Plant& plant) {
@@ -42,7 +44,8 @@ Motion::Motion(const Plant& plant) {
     }
     branch.last_law = laws_.size();
     const auto first = laws_.begin() + static_cast<std::ptrdiff_t>(branch.first_law);
-    const auto curved = std::stable_partition(first, laws_.end(), [](const Law& law) { return law.kind->is_linear; });
+    const auto curved = std::stable_partition(first, laws_.end(),
+                                              [](const Law& law) { return law.kind->is_linear && !law.scheduled(); });
     const auto memory = std::stable_partition(curved, laws_.end(), [](const Law& law) { return law.states() == 0; });
     branch.first_curved = static_cast<std::size_t>(curved - laws_.begin());
     branch.first_memory = static_cast<std::size_t>(memory - laws_.begin());
@@ -76,8 +79,14 @@ Motion::Motion(const Plant& plant) {
                            input.inside.empty() ? -1 : plant.element(input.inside)});
         break;
       case InputKind::acceleration: inputs_.push_back({-1, -1, -1, -1, true}); break;
+      case InputKind::schedule: inputs_.push_back({-1, -1, -1}); break;
     }
   }
+  for (std::size_t k = 0; k < laws_.size(); ++k)
+    for (std::size_t i = 0; i < plant.inputs.size(); ++i)
+      if (const Schedule& schedule = laws_[k].schedule; schedule.by == plant.inputs[i].name)
+        for (const auto& [value, slope] : schedule.slopes)
+          scheduled_.push_back({k, value, i, laws_[k].values[value], slope, plant.inputs[i].range});
   for (Branch& branch : branches_) {
     branch.driven = branch.driven_too = -1;
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
@@ -175,12 +184,19 @@ void Motion::set_inputs(const double* u, const double* u_rate) {
     } else if (drive.accelerates_ground) {
       ground_acceleration_ = u[i];
       for (std::size_t mass = 0; mass < mass_.size(); ++mass) applied_[mass] -= carried_[mass] * mass_[mass] * u[i];
-    } else {
+    } else if (drive.pushes()) {
       applied_[static_cast<std::size_t>(drive.from)] -= u[i];
       applied_[static_cast<std::size_t>(drive.to)] += u[i];
       if (drive.inside >= 0) inside_[static_cast<std::size_t>(drive.inside)] -= u[i];
     }
   }
+  set_schedules(u);
+}
+
+void Motion::set_schedules(const double* u) {
+  if (!scheduled_.empty()) schedules_.assign(u, u + inputs_.size());
+  for (const Scheduled& own : scheduled_)
+    laws_[own.law].values[own.value] = own.at_zero + own.slope * within_range(own.range, u[own.input]);
 }
 
 void Motion::place(const double* q, const double* v) {
@@ -530,7 +546,7 @@ Vector Motion::input_forces(Index input) const {
   Vector forces = Vector::Zero(masses());
   if (drive.accelerates_ground) {
     for (Index i = 0; i < masses(); ++i) forces(i) = -carried_[static_cast<std::size_t>(i)] * mass_kg(i);
-  } else if (drive.node < 0) {
+  } else if (drive.pushes()) {
     for (const Weight& weight : weights(drive.from)) forces(weight.mass) -= weight.value;
     for (const Weight& weight : weights(drive.to)) forces(weight.mass) += weight.value;
   }

@@ -27,6 +27,9 @@ class Motion {
 
   /// Sets the inputs for the evaluations that follow. @param u, u_rate m values (u_rate of a force is not read).
   void set_inputs(const double* u, const double* u_rate);
+  /// Of the inputs (m values) those that set numbers of laws (schedule.hpp); `set_inputs` does so too.
+  void set_schedules(const double* u);
+  bool has_schedules() const { return !scheduled_.empty(); }
   /// The memories (s) after the displacement drives have moved by `step` (m values): laws that know how a step acts.
   void step_memories(const double* step, double* z) const;
 
@@ -122,7 +125,7 @@ class Motion {
   /// Node of a displacement input, -1 for one of another kind.
   Index input_node(Index input) const { return inputs_[static_cast<std::size_t>(input)].node; }
   /// Forces on the masses (n) per unit of an input that moves no node: -1 and +1 where a force acts, -m where the
-  /// ground accelerates.
+  /// ground accelerates; 0 of a schedule.
   Vector input_forces(Index input) const;
   /// True of an input that accelerates the ground.
   bool accelerates_ground(Index input) const { return inputs_[static_cast<std::size_t>(input)].accelerates_ground; }
@@ -170,6 +173,13 @@ class Motion {
     Index from, to;
     Index inside = -1;
     bool accelerates_ground = false;
+    bool pushes() const { return node < 0 && from >= 0; }
+  };
+  /// A number of a law that follows an input.
+  struct Scheduled {
+    std::size_t law, value, input;
+    double at_zero, slope;
+    Range range;  // of the input
   };
   struct RigidPoint {
     std::size_t node;
@@ -194,7 +204,9 @@ class Motion {
   std::vector<double> mass_, inverse_mass_;  // those of the masses alone
   std::vector<double> inverse_matrix_;       // of M, a row a mass; empty where no inerter couples them
   std::vector<Branch> branches_;
-  std::vector<Law> laws_;
+  std::vector<Law> laws_;                     // with their numbers at the inputs set before
+  std::vector<Scheduled> scheduled_;          // in the order of the laws
+  std::vector<double> schedules_;             // the inputs that they follow now
   std::vector<RigidPoint> points_;            // the last nodes
   std::vector<std::vector<Weight>> weights_;  // of every node
   std::vector<Drive> inputs_;

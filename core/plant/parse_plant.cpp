@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/plant/rotary.hpp"
+#include "core/plant/schedule.hpp"
 
 namespace wheelhop {
 namespace {
@@ -119,7 +120,7 @@ Point read_point(const JsonCursor& cursor, const Plant& plant, Names& places) {
   return point;
 }
 
-/// What a kind of input or sensor is called in a file, and its unit.
+/// What a kind of input or sensor is called in a file, and its unit; none: any.
 template <class Kind>
 struct KindName {
   Kind kind;
@@ -130,7 +131,8 @@ constexpr KindName<InputKind> kInputKinds[] = {{InputKind::displacement, "displa
                                                {InputKind::force, "force", "N", false},
                                                {InputKind::acceleration, "acceleration", "m/s^2", false},
                                                {InputKind::displacement, "angle", "rad", true},
-                                               {InputKind::force, "torque", "N m", true}};
+                                               {InputKind::force, "torque", "N m", true},
+                                               {InputKind::schedule, "schedule", nullptr, false}};
 constexpr KindName<SensorKind> kSensorKinds[] = {{SensorKind::displacement, "displacement", "m", false},
                                                  {SensorKind::velocity, "velocity", "m/s", false},
                                                  {SensorKind::acceleration, "acceleration", "m/s^2", false},
@@ -151,7 +153,7 @@ const KindName<Kind>& read_kind(const JsonCursor& cursor, const KindName<Kind> (
 
 template <class Kind, std::size_t count>
 const char* kind_name(Kind kind, const std::string& unit, const KindName<Kind> (&kinds)[count]) {
-  const auto named = [&](const KindName<Kind>& own) { return own.kind == kind && own.unit == unit; };
+  const auto named = [&](const KindName<Kind>& own) { return own.kind == kind && (!own.unit || own.unit == unit); };
   const auto* own = std::find_if(std::begin(kinds), std::end(kinds), named);
   if (own == std::end(kinds))  // a plant that was put together without units
     own = std::find_if(std::begin(kinds), std::end(kinds), [&](const auto& any) { return any.kind == kind; });
@@ -171,14 +173,27 @@ void require_rotary(const JsonCursor& cursor, const Plant& plant, const std::str
   input.fail("\"hold_hz\": " + expected);
 }
 
+/// The range of a schedule.
+Range read_range(const JsonCursor& cursor) {
+  const std::vector<double> ends = cursor.numbers();
+  if (ends.size() != 2 || !(ends[0] < ends[1])) cursor.fail("two numbers [low, high], between which the drive stays");
+  return {ends[0], ends[1]};
+}
+
 PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& places, Names& channels) {
   PlantInput input;
   const KindName<InputKind>& kind = read_kind(cursor, kInputKinds);
   input.kind = kind.kind;
-  input.unit = kind.unit;
   input.name = channels.read(cursor.at("name"));
   if (input.kind == InputKind::displacement) places.read(cursor.at("name"));
-  read_unit(cursor, input.unit, std::string("an input of kind ") + kind.name);
+  if (input.kind == InputKind::schedule) {
+    input.unit = cursor.at("unit").string();
+    input.range = read_range(cursor.at("range"));
+    input.interpolation = "linear";  // it often moves in steps, beside which a smoother curve would ring
+  } else {
+    input.unit = kind.unit;
+    read_unit(cursor, input.unit, std::string("an input of kind ") + kind.name);
+  }
   const auto accelerates = [](const PlantInput& other) { return other.kind == InputKind::acceleration; };
   if (accelerates(input) && std::any_of(plant.inputs.begin(), plant.inputs.end(), accelerates))
     cursor.at("kind").fail("one acceleration at most: it is that of the ground");
@@ -202,6 +217,13 @@ PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& place
   return input;
 }
 
+std::vector<std::string> schedule_names(const Plant& plant) {
+  std::vector<std::string> names;
+  for (const PlantInput& input : plant.inputs)
+    if (input.kind == InputKind::schedule) names.push_back(input.name);
+  return names;
+}
+
 Element read_element(const JsonCursor& cursor, const Plant& plant, Names& places) {
   Element element;
   element.name = places.read(cursor.at("name"));
@@ -209,6 +231,9 @@ Element read_element(const JsonCursor& cursor, const Plant& plant, Names& places
   const bool rotary = is_rotary(plant, element);
   for (const std::string& node : {element.from, element.to}) require_rotary(cursor.at("between"), plant, node, rotary);
   for (const JsonCursor& law : read_list(cursor, "laws", "law")) element.laws.push_back(parse_law(law, rotary));
+  const std::vector<JsonCursor> laws = cursor.at("laws").items();
+  for (std::size_t i = 0; i < laws.size(); ++i)
+    if (element.laws[i].scheduled()) laws[i].at("scheduled").at("by").one_of(schedule_names(plant));
   const auto any = [&](LawRole role) {
     return std::any_of(element.laws.begin(), element.laws.end(),
                        [&](const Law& law) { return law.kind->role == role; });
@@ -334,6 +359,9 @@ Plant parse_plant(const JsonCursor& cursor) {
   cursor.done();
   require_every_mass_connected(cursor, plant);
   require_every_element_felt(cursor, plant);
+  if (const std::string beyond = leaves_range(plant); !beyond.empty())
+    cursor.at("elements")
+        .fail("numbers that stay in their ranges wherever the drive stays in its own (" + beyond + ")");
   return plant;
 }
 
@@ -374,6 +402,7 @@ Json to_json(const Plant& plant) {
   for (const PlantInput& input : plant.inputs) {
     Json item = {{"name", input.name}, {"kind", kind_name(input.kind, input.unit, kInputKinds)}, {"unit", input.unit}};
     if (input.kind == InputKind::force) write_place(item, "on", plant, input.from, input.to);
+    if (input.kind == InputKind::schedule) item["range"] = {input.range.low, input.range.high};
     if (input.held) item["hold_hz"] = input.hold_hz;
     item["interpolation"] = input.interpolation;
     write_path(item, input.path);

@@ -75,6 +75,12 @@ void visit_paths(AnyPlant& plant, bool all, Visit visit) {
   in(ParameterOwner::clock, clock, prefix)("clock_skew", "-", plant.clock_skew, 0, Range{});
 }
 
+std::string unit_of_input(const Plant& plant, const std::string& name) {
+  for (const PlantInput& input : plant.inputs)
+    if (input.name == name) return input.unit;
+  return "-";
+}
+
 /// Calls visit(number, value) for every scalar that a fit may move.
 template <class AnyPlant, class Visit>
 void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
@@ -97,6 +103,14 @@ void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
                             parameter.range},
               law.values[k]);
       }
+      for (auto& [k, slope] : law.schedule.slopes) {
+        const std::string number = "scheduled." + names[k];
+        const LawParameter& parameter = law.kind->parameters[law.kind->parameters.front().is_list ? 0 : k];
+        const std::string unit = parameter.unit + "/" + unit_of_input(plant, law.schedule.by);
+        visit(
+            VisitedNumber{prefix, number, ParameterOwner::law, place, law.kind, unit, law.schedule.tolerance, Range{}},
+            slope);
+      }
     }
   }
   for (auto& load : plant.loads) {
@@ -114,10 +128,23 @@ std::vector<std::string> parameter_names(const Plant& plant) {
   return names;
 }
 
+bool is_damping(const Law& law, std::size_t k) { return law.kind->parameters[k].name == "damping_ns_per_m"; }
+
+/// The slope of the viscous damper's damping with a schedule that slope number i of a law follows, likewise.
+const double* followed_slope(const Element& element, const Law& law, std::size_t i) {
+  const auto& [k, slope] = law.schedule.slopes[i];
+  if (!law.kind->is_correction || !is_damping(law, k)) return nullptr;
+  for (const Law& other : element.laws)
+    if (std::string_view(other.kind->name) == "viscous_damper" && other.schedule.by == law.schedule.by &&
+        other.schedule.slopes.front().second == slope)
+      return &other.schedule.slopes.front().second;
+  return nullptr;
+}
+
 /// The damping of the viscous damper that number k of a law follows: that of a correction in the same element, as long
 /// as both are the same. nullptr: none.
 const double* followed(const Element& element, const Law& law, std::size_t k) {
-  if (!law.kind->is_correction || law.kind->parameters[k].name != "damping_ns_per_m") return nullptr;
+  if (!law.kind->is_correction || !is_damping(law, k)) return nullptr;
   for (const Law& other : element.laws)
     if (std::string_view(other.kind->name) == "viscous_damper" && other.values.front() == law.values[k])
       return &other.values.front();
@@ -225,9 +252,12 @@ std::vector<PlantParameter> plant_parameters(const Plant& plant) {
   // In the same order, and as many of each law.
   std::size_t at = plant.masses.size();
   for (const Element& element : plant.elements)
-    for (const Law& law : element.laws)
+    for (const Law& law : element.laws) {
       for (std::size_t k = 0; k < law.values.size(); ++k)
         if (std::isfinite(law.values[k])) list[at++].follows = followed(element, law, k) != nullptr;
+      for (std::size_t i = 0; i < law.schedule.slopes.size(); ++i)
+        list[at++].follows = followed_slope(element, law, i) != nullptr;
+    }
   return list;
 }
 
@@ -247,9 +277,12 @@ void set_parameter(Plant& plant, std::string_view name, double value) {
   });
   if (!found) unknown(plant, "parameter", name, parameter_names(plant));
   for (Element& element : plant.elements)
-    for (Law& law : element.laws)
+    for (Law& law : element.laws) {
       for (std::size_t k = 0; k < law.values.size(); ++k)
         if (followed(element, law, k) == found) law.values[k] = value;
+      for (std::size_t i = 0; i < law.schedule.slopes.size(); ++i)
+        if (followed_slope(element, law, i) == found) law.schedule.slopes[i].second = value;
+    }
   *found = value;
 }
 

@@ -34,16 +34,17 @@ struct Point {
   bool rotary = false;                                  ///< it turns
 };
 
-/// What a drive does: moves a node, pushes masses, or accelerates the ground, as a shaking table does. All
+/// What a drive does: moves a node, pushes masses, accelerates the ground, as a shaking table does, or sets numbers of
+/// laws and moves nothing itself, as the voltage of an adjustable damper (`Schedule`). All
 /// displacements and velocities are relative to the ground; where it accelerates, each mass feels -m u, as in an
 /// earthquake: M a + D v + K q = -M r u, r = 1, and 0 of a mass that `turns`. A. K. Chopra, Dynamics of Structures,
 /// 4th ed., section 1.7.
-enum class InputKind { displacement, force, acceleration };
+enum class InputKind { displacement, force, acceleration, schedule };
 
 struct PlantInput {
   std::string name;
   InputKind kind = InputKind::displacement;
-  std::string unit;  ///< "m", "N" or "m/s^2"; "rad" or "N m" of what turns
+  std::string unit;  ///< "m", "N" or "m/s^2"; "rad" or "N m" of what turns; any of a schedule
   /// Samples of the drive a second, between which it is held (ZOH). Of a drive that is not held this is the rate of the
   /// samples that it runs through smoothly; a plant file does not give it, `with_drive_rate` finds it for records.
   double hold_hz = 0;
@@ -55,6 +56,7 @@ struct PlantInput {
   /// Element in which a force acts, as a law of it would: its force sensors read -u beside its laws. Empty: beside the
   /// elements. Not in plant files; for a force that stands for an unknown law.
   std::string inside = {};
+  Range range = {};  ///< of a schedule: the values that it may take, between which all laws are inside their own ranges
 };
 
 struct Element {
@@ -113,7 +115,8 @@ struct Plant {
 /// Reads and checks a plant file. UserError with file, JSON path, what was expected and found, and the known names:
 /// unknown node, law or key; element with one node only, or without a mass at either end unless a force sensor reads it
 /// (a damper on a dynamometer); mass that is not positive or that nothing touches; repeated name; wrong unit; tolerance
-/// outside (0, 1]; inputs of different hold rates, or held ones beside others; two accelerations of the ground; no
+/// outside (0, 1]; inputs of different hold rates, or held ones beside others; two accelerations of the ground; a law
+/// that follows no input of kind "schedule", or leaves its numbers' ranges within that of the input; no
 /// input or sensor; no mass unless there is a force sensor; something that turns joined to something that slides.
 Plant load_plant(const std::filesystem::path& file);
 Plant parse_plant(const JsonCursor& cursor);
@@ -151,7 +154,8 @@ struct ParameterHandle {
 
 /// A scalar of the plant that a fit may move.
 struct PlantParameter {
-  std::string name;  ///< "body.mass_kg", "suspension.viscous_damper.damping_ns_per_m"; a second law of the same kind in
+  std::string name;  ///< "body.mass_kg", "suspension.viscous_damper.damping_ns_per_m", its slope with a schedule
+                     ///< "suspension.viscous_damper.scheduled.damping_ns_per_m"; a second law of the same kind in
                      ///< one element is "suspension.linear_spring[2].stiffness_n_per_m"; loads are
                      ///< "load:gravity.force_n"; paths are "actuator:road.delay_s",
                      ///< "sensor:travel.lag.time_constant_s", "timebase.clock_skew"

@@ -10,6 +10,7 @@
 #include "core/plant/drive_course.hpp"
 #include "core/plant/linearise.hpp"
 #include "core/plant/matrix_motion.hpp"
+#include "core/plant/schedule.hpp"
 #include "core/plant/tangent.hpp"
 
 namespace wheelhop {
@@ -39,6 +40,8 @@ void check_shapes(const Plant& plant, Index memories, ConstMatrixRef drive, cons
 
 /// Fastest pole [1/s] of the plant linearised at zero; 0 where it cannot be.
 double fastest_pole(const Plant& plant) {
+  if (has_schedules(plant))
+    return std::max(fastest_pole(at_end_of_schedules(plant, false)), fastest_pole(at_end_of_schedules(plant, true)));
   const LinearPlant model = linearise(plant);
   return model.A.size() == 0 ? 0 : eigenvalues(model.A).cwiseAbs().maxCoeff();
 }
@@ -85,6 +88,8 @@ void start(Lane& lane) {
   check_shapes(plant, lane.motion.memories(), lane.drive, options);
   if (!all_finite(lane.drive) || !all_finite(options.sampled_drive) || !all_finite(options.initial_state))
     return lane.fail(Status::not_finite, "the drive or the initial state is not finite", 0, lane.start_s());
+  if (const std::string beyond = leaves_range(plant); !beyond.empty())
+    return lane.fail(Status::outside_domain, beyond, 0, lane.start_s());
   lane.state = Vector::Zero(lane.size());
   if (options.initial_state.size() != 0) {
     lane.state.head(options.initial_state.size()) = options.initial_state;
@@ -175,9 +180,9 @@ class March {
   }
 
  private:
-  static std::vector<const Motion*> motions(const std::vector<Lane*>& lanes) {
-    std::vector<const Motion*> list;
-    for (const Lane* lane : lanes) list.push_back(&lane->motion);
+  static std::vector<Motion*> motions(const std::vector<Lane*>& lanes) {
+    std::vector<Motion*> list;
+    for (Lane* lane : lanes) list.push_back(&lane->motion);
     return list;
   }
   /// Values of input i in interval k_; a lane whose drive has ended keeps its last.
@@ -440,7 +445,11 @@ bool in_step(const Lane& a, const Lane& b) {
   const auto same = [](const auto& list, const auto& others, auto&& equal) {
     return std::equal(list.begin(), list.end(), others.begin(), others.end(), equal);
   };
-  const auto law = [](const Law& x, const Law& y) { return x.kind == y.kind && x.values.size() == y.values.size(); };
+  const auto follows = [](const auto& x, const auto& y) { return x.first == y.first; };
+  const auto law = [&](const Law& x, const Law& y) {
+    return x.kind == y.kind && x.values.size() == y.values.size() && x.schedule.by == y.schedule.by &&
+           same(x.schedule.slopes, y.schedule.slopes, follows);
+  };
   return !chooses_steps(a) && !chooses_steps(b) && one.hold_hz() == other.hold_hz() &&
          a.options.substeps == b.options.substeps && a.options.decimation == b.options.decimation &&
          a.options.lead_samples == b.options.lead_samples &&
@@ -495,6 +504,9 @@ std::vector<Simulation> simulate_side_by_side(const std::vector<SimulationTask>&
 }
 
 Index stable_substeps(const Plant& plant, Index cap) {
+  if (has_schedules(plant))
+    return std::max(stable_substeps(at_end_of_schedules(plant, false), cap),
+                    stable_substeps(at_end_of_schedules(plant, true), cap));
   double fastest = fastest_pole(plant);
   if (fastest > 0)
     for (const Element& element : plant.elements)

@@ -59,9 +59,10 @@ struct Simulation {
 ///
 /// @param drive m x N at the plant's hold rate, in the units of the inputs.
 /// Statuses: outside_domain with time and element, if in any Runge-Kutta stage a law has left its domain or is no
-/// longer finite; those of `static_equilibrium`; not_finite if the drive or the initial state is not finite.
-/// UserError on wrong shapes. The step has to suit the stiffest law; see `stable_substeps`. Cost: 4 substeps N
-/// evaluations of the plant; nothing is allocated inside the loop.
+/// longer finite, and at the start if one leaves its numbers' ranges within those of the drives that it follows; those
+/// of `static_equilibrium`; not_finite if the drive or the initial state is not finite. UserError on wrong shapes. The
+/// step has to suit the stiffest law; see `stable_substeps`. Cost: 4 substeps N evaluations of the plant; nothing is
+/// allocated inside the loop.
 /// @param tangent carried along, made for this plant and as many samples as are kept; nullptr: none
 Simulation simulate(const Plant& plant, ConstMatrixRef drive, const SimulateOptions& options = {},
                     Tangent* tangent = nullptr);
@@ -82,7 +83,7 @@ std::vector<Simulation> simulate_side_by_side(const std::vector<SimulationTask>&
 /// Substeps with which every pole of the plant linearised at zero lies well inside the stability region of the
 /// integrator, |s| h <= 2, at most `cap`. Smoothed friction is stiffest there; an end stop is not seen. Internal states
 /// of laws are also judged at 1 m/s: friction with presliding over 0.1 mm is stiff in motion only. At least 1,
-/// also where the plant cannot be linearised. Cost O((2n + s)^3).
+/// also where the plant cannot be linearised. Schedules count at either end of their ranges. Cost O((2n + s)^3).
 Index stable_substeps(const Plant& plant, Index cap = 1000);
 
 /// Options for many simulations, with a fraction of those steps: internal states are judged interval by interval, at

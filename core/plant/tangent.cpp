@@ -61,7 +61,9 @@ Tangent::Tangent(const Plant& plant, const std::vector<Variation>& variations, I
   for (Size c = 0; c < active_; ++c) {
     const Variation& variation = variations_[c];
     if (variation.drive.size() > 0) driven_.push_back(c);
-    if (variation.neighbour) add_neighbour(plant, motion, c);
+    const bool follows = motion.has_schedules() && variation.drive.size() > 0;
+    if (variation.neighbour || follows)
+      add_neighbour(plant, variation.neighbour ? *variation.neighbour : plant, motion, c);
     for (Size i = 0; i < static_cast<Size>(variation.initial.size()); ++i)
       state_.set(i, c, variation.initial[static_cast<Index>(i)]);
   }
@@ -82,8 +84,7 @@ Size Tangent::term_row(Size element, const Term& term) {
   return terms.back().row;
 }
 
-void Tangent::add_neighbour(const Plant& plant, const Motion& motion, Size direction) {
-  const Plant& other = *variations_[direction].neighbour;
+void Tangent::add_neighbour(const Plant& plant, const Plant& other, const Motion& motion, Size direction) {
   const double step = variations_[direction].step;
   Motion there(other);
   if (!coupled_) {
@@ -118,7 +119,11 @@ void Tangent::add_neighbour(const Plant& plant, const Motion& motion, Size direc
     const Motion::Branch &branch = motion.branches_[b], &moved = there.branches_[b];
     if (const int row = parts_[b].sensed; row >= 0)
       inertances_.set(static_cast<Size>(row), direction, (moved.inertance_kg - branch.inertance_kg) / step);
-    const auto same_values = [](const Law& one, const Law& another) { return one.values == another.values; };
+    const bool driven = variations_[direction].drive.size() > 0;
+    const auto same_values = [driven](const Law& one, const Law& another) {
+      return one.values == another.values && one.schedule.slopes == another.schedule.slopes &&
+             !(driven && one.scheduled());
+    };
     if (std::equal(plant.elements[b].laws.begin(), plant.elements[b].laws.end(), other.elements[b].laws.begin(),
                    same_values))
       continue;
@@ -136,7 +141,7 @@ void Tangent::add_neighbour(const Plant& plant, const Motion& motion, Size direc
       const Law &law = motion.laws_[k], &moved_law = there.laws_[k];
       const bool remembers = k >= branch.first_memory;
       if (!same_values(law, moved_law)) {
-        if (law.kind->gradient && !remembers) {
+        if (law.kind->gradient && !remembers && !law.scheduled()) {
           for (Size i = 0; i < law.values.size(); ++i)  // infinite in both where a key is absent
             if (law.values[i] != moved_law.values[i])
               put({Term::gradient, 0, k, i}, (moved_law.values[i] - law.values[i]) / step);
@@ -184,7 +189,31 @@ void Tangent::step_memories(const Motion& motion, Index k, const double* step, c
   }
 }
 
+Tangent::DriveChange Tangent::change_of_drive(const Motion& motion, const Variation& variation, Index input, Index k,
+                                              bool sampled, double hold_s, double fraction) const {
+  const Matrix& drive = variation.drive;
+  if (!motion.held()) {
+    const auto piece = smooth_piece([&](Index j) { return drive(input, j); }, k, drive.cols() - 1);
+    return {piece.value(fraction), piece.slope(fraction) / hold_s};
+  }
+  return {sampled && variation.sampled.size() > 0 ? variation.sampled(input, k) : drive(input, k),
+          k > 0 ? (drive(input, k) - drive(input, k - 1)) / hold_s : 0};
+}
+
+void Tangent::follow_schedules(const Motion& motion, Index k, bool sampled, double fraction) {
+  for (Size c = 0; c < active_; ++c) {
+    if (neighbour_of_[c] >= neighbours_.size()) continue;
+    followed_ = motion.schedules_;
+    if (const Variation& variation = variations_[c]; variation.drive.size() > 0)
+      for (Size i = 0; i < followed_.size(); ++i)
+        followed_[i] +=
+            variation.step * change_of_drive(motion, variation, static_cast<Index>(i), k, sampled, 1, fraction).value;
+    neighbours_[neighbour_of_[c]].set_schedules(followed_.data());
+  }
+}
+
 void Tangent::set_inputs(const Motion& motion, Index k, bool sampled, double hold_s, double fraction) {
+  if (motion.has_schedules() && !neighbours_.empty()) follow_schedules(motion, k, sampled, fraction);
   if (driven_.empty() && !ground_changes_) return;
   applied_ = loads_;
   if (ground_changes_)
@@ -193,31 +222,20 @@ void Tangent::set_inputs(const Motion& motion, Index k, bool sampled, double hol
   for (Size i = 0; i < motion.inputs_.size(); ++i) {
     const Motion::Drive& input = motion.inputs_[i];
     for (const Size c : driven_) {
-      const Matrix& drive = variations_[c].drive;
-      const auto at = static_cast<Index>(i);
-      double change = 0, rate = 0;
-      if (motion.held()) {
-        change = sampled && variations_[c].sampled.size() > 0 ? variations_[c].sampled(at, k) : drive(at, k);
-        rate = k > 0 ? (drive(at, k) - drive(at, k - 1)) / hold_s : 0;
-      } else {
-        const auto piece = smooth_piece([&](Index j) { return drive(at, j); }, k, drive.cols() - 1);
-        change = piece.value(fraction);
-        rate = piece.slope(fraction) / hold_s;
-      }
+      const auto [change, rate] =
+          change_of_drive(motion, variations_[c], static_cast<Index>(i), k, sampled, hold_s, fraction);
       inputs_.set(2 * i, c, change);
       if (input.node >= 0) {
         inputs_.set(2 * i + 1, c, rate);
-        continue;
-      }
-      if (input.accelerates_ground) {
+      } else if (input.accelerates_ground) {
         for (Size mass = 0; mass < masses_; ++mass)
           applied_.add(mass, c, -motion.carried_[mass] * motion.mass_[mass] * change);
-        continue;
+      } else if (input.pushes()) {
+        for (const Motion::Weight& weight : motion.weights(input.from))
+          applied_.add(static_cast<Size>(weight.mass), c, -weight.value * change);
+        for (const Motion::Weight& weight : motion.weights(input.to))
+          applied_.add(static_cast<Size>(weight.mass), c, weight.value * change);
       }
-      for (const Motion::Weight& weight : motion.weights(input.from))
-        applied_.add(static_cast<Size>(weight.mass), c, -weight.value * change);
-      for (const Motion::Weight& weight : motion.weights(input.to))
-        applied_.add(static_cast<Size>(weight.mass), c, weight.value * change);
     }
   }
 }

@@ -100,7 +100,15 @@ class Tangent {
     std::size_t row;                   // of its term
     std::size_t which = 0, state = 0;  // law, memory: which one, and its first state
   };
-  void add_neighbour(const Plant& plant, const Motion& motion, std::size_t direction);
+  void add_neighbour(const Plant& plant, const Plant& other, const Motion& motion, std::size_t direction);
+  /// Numbers of laws that follow drives, at the present drives, here and in all directions.
+  void follow_schedules(const Motion& motion, Index k, bool sampled, double fraction);
+  struct DriveChange {
+    double value, rate;
+  };
+  /// Change of a drive in a direction that changes drives, at the instant that `set_inputs` is told.
+  DriveChange change_of_drive(const Motion& motion, const Variation& variation, Index input, Index k, bool sampled,
+                              double hold_s, double fraction) const;
   std::size_t term_row(std::size_t element, const Term& term);
   int prepare_stage(Motion& motion, const double* z, const double* a);
   bool own_change(const Motion& motion, const OwnChange& own, const double* z);
@@ -114,8 +122,9 @@ class Tangent {
 
   const std::vector<Variation>& variations_;
   std::size_t masses_, memories_ = 0, active_;
-  std::vector<Motion> neighbours_;         // those that differ in an element
+  std::vector<Motion> neighbours_;         // those that differ in an element or in what its laws follow
   std::vector<std::size_t> neighbour_of_;  // of a direction; beyond the list: none
+  std::vector<double> followed_;           // scratch: inputs of one direction
   std::vector<Part> parts_;                // one an element
   std::vector<OwnChange> changes_;
   std::vector<std::vector<double>> term_values_;  // a row a term, until all neighbours are known

@@ -125,12 +125,18 @@ ViewTable ceiling_table(const Diagnosis& diagnosis, const Ceiling& ceiling) {
   return table;
 }
 
+/// What a parameter is called beside its element and law: "force_n", or "scheduled.force_n" of its slope.
+std::string last_part(const std::string& name) {
+  const std::size_t slope = name.find(".scheduled.");
+  return name.substr((slope == std::string::npos ? name.rfind('.') : slope) + 1);
+}
+
 /// "force_n = 41.2 [38, 44]" by 90 % intervals, one after the other.
 std::string parameters_text(const std::vector<FittedParameter>& parameters) {
   constexpr double z90 = 1.6448536269514722;
   std::string text;
   for (const FittedParameter& own : parameters) {
-    text += fmt::format("{}{} = {:.4g}", text.empty() ? "" : "; ", own.name.substr(own.name.rfind('.') + 1), own.value);
+    text += fmt::format("{}{} = {:.4g}", text.empty() ? "" : "; ", last_part(own.name), own.value);
     if (own.std > 0) text += fmt::format(" [{:.4g}, {:.4g}]", own.value - z90 * own.std, own.value + z90 * own.std);
   }
   return text;

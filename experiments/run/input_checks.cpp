@@ -77,6 +77,16 @@ Plant require_acting_inputs(Plant plant, const std::string& where) {
     const bool touched = std::any_of(plant.elements.begin(), plant.elements.end(), [&](const Element& element) {
       return element.from == input.name || element.to == input.name;
     });
+    const bool followed = std::any_of(plant.elements.begin(), plant.elements.end(), [&](const Element& element) {
+      return std::any_of(element.laws.begin(), element.laws.end(),
+                         [&](const Law& law) { return law.schedule.by == input.name; });
+    });
+    if (input.kind == InputKind::schedule && !followed)
+      throw UserError(
+          fmt::format("{}.inputs[{}]: expected a law that follows \"{}\" (\"scheduled\": {{\"by\": \"{}\", \"slopes\": "
+                      "...}}), found "
+                      "none: this drive would change nothing",
+                      where, i, input.name, input.name));
     if (input.kind == InputKind::displacement && !touched)
       throw UserError(fmt::format(
           "{}.inputs[{}]: expected an element between \"{}\" and the plant, found none: this drive would move nothing",

@@ -343,6 +343,39 @@ TEST_CASE("units that are not known or of another dimension are refused, voltage
                     Contains("$.columns.acc") && Contains("\"unit\": \"V\""));
 }
 
+TEST_CASE("a channel that no column tells is what records.json says throughout the record, in whatever order") {
+  const test::Folder folder;
+  Random random(2031, Stream::parameters);
+  for (int drawn = 0; drawn < 20; ++drawn) {
+    std::string text = "t,road,travel,acc\n";
+    for (int k = 0; k < 60; ++k) text += fmt::format("{},{},{},{}\n", k / 200.0, k, 2 * k, 3 * k);
+    write_file(folder / "a.csv", text);
+    Json json = {{"sampling_hz", 200}, {"records", {{{"file", "a.csv"}, {"role", "estimation"}}}}};
+    const std::vector<std::string> names = {"road", "travel", "acc"};
+    std::vector<double> constant(3, 0);
+    std::vector<bool> told(3);
+    for (std::size_t i = 0; i < 3; ++i) {
+      told[i] = random.uniform() < 0.5;
+      constant[i] = random.normal();
+      if (!told[i])
+        (random.uniform() < 0.5 ? json : json["records"][0])["columns"][names[i]] = {{"value", constant[i]}};
+    }
+    if (random.uniform() < 0.3) json["resample_hz"] = 100;
+    const Record record = load(folder, json).records[0];
+    const Index k = record.signal.samples() / 2;
+    const double at = 200 * record.signal.sample_time_s * static_cast<double>(k);
+    CHECK(record.signal.u(0, k) == Approx(told[0] ? at : constant[0]).epsilon(1e-6));
+    CHECK(record.signal.y(0, k) == Approx(told[1] ? 2 * at : constant[1]).epsilon(1e-6));
+    CHECK(record.signal.y(1, k) == Approx(told[2] ? 3 * at : constant[2]).epsilon(1e-6));
+    const std::string all = fmt::format("{}", fmt::join(record.reading, "; "));
+    for (std::size_t i = 0; i < 3; ++i)
+      CHECK((all.find(names[i] + ": " + fmt::format("{:g} throughout", constant[i])) != std::string::npos) == !told[i]);
+  }
+  Json json = {{"sampling_hz", 200}, {"records", {{{"file", "a.csv"}, {"role", "estimation"}}}}};
+  json["columns"]["road"] = {{"value", 1}, {"unit", "mm"}};
+  CHECK_THROWS_WITH(load(folder, json), Contains("$.columns.road") && Contains("unit"));
+}
+
 TEST_CASE("the only column whose name says time is read as that, in the unit of its name, and of two none") {
   const test::Folder folder;
   const auto read = [&](const std::string& header, double samples_per_number, const Json& time = nullptr) {

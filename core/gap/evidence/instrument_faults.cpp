@@ -62,6 +62,14 @@ std::vector<Regression> regressions(const PlantFit& fit, const std::vector<FitRe
   return list;
 }
 
+/// All but schedules, which move nothing alone.
+std::vector<const PlantInput*> moving_inputs(const Plant& plant) {
+  std::vector<const PlantInput*> moving;
+  for (const PlantInput& input : plant.inputs)
+    if (input.kind != InputKind::schedule) moving.push_back(&input);
+  return moving;
+}
+
 Place location_of_sensor(const Plant& plant, std::size_t j) { return sensor_place(plant.sensors[j].name); }
 
 /// The wrong factors: of single channels, or of the drive.
@@ -76,7 +84,7 @@ std::vector<InstrumentFault> wrong_factors(const Plant& plant, const std::vector
     return std::abs(one.value - faults.front().value) < kAlike * std::abs(faults.front().value);
   };
   if (faults.size() < 2 || faults.size() < channels.size() || !std::all_of(faults.begin(), faults.end(), alike) ||
-      plant.inputs.size() != 1)
+      moving_inputs(plant).size() != 1)
     return faults;
   const double mean = std::accumulate(faults.begin(), faults.end(), 0.0,
                                       [](double sum, const InstrumentFault& one) { return sum + one.value; }) /
@@ -85,7 +93,7 @@ std::vector<InstrumentFault> wrong_factors(const Plant& plant, const std::vector
   const bool in_g = std::all_of(plant.sensors.begin(), plant.sensors.end(), feels_gravity) &&
                     (off_by(kGravity) || off_by(1 / kGravity));
   if (in_g) return faults;
-  return {{"gain_error", actuator_of(plant, plant.inputs.front()), mean}};
+  return {{"gain_error", actuator_of(plant, *moving_inputs(plant).front()), mean}};
 }
 
 /// Readings about their mean, one channel after the other, each over its own norm.
@@ -98,7 +106,8 @@ Vector shapes_of(const Matrix& readings, const Vector& norms) {
 /// Wrong factors of single drives among several.
 std::vector<InstrumentFault> wrong_drives(const PlantFit& fit, const std::vector<FitRecord>& records) {
   const Plant& plant = fit.plant;
-  const Index m = plant.input_count(), p = plant.sensor_count();
+  const std::vector<const PlantInput*> inputs = moving_inputs(plant);
+  const auto m = static_cast<Index>(inputs.size()), p = plant.sensor_count();
   if (m < 2 || fit.error.empty()) return {};
   Matrix H = Matrix::Zero(m, m);
   Vector g = Vector::Zero(m);
@@ -110,8 +119,10 @@ std::vector<InstrumentFault> wrong_drives(const PlantFit& fit, const std::vector
     if (!(norms.minCoeff() > 0)) return {};
     Matrix under(p * kept, m);
     for (Index i = 0; i < m; ++i) {
-      Matrix drive = record.drive.col(0).replicate(1, record.drive.cols());
-      drive.row(i) = record.drive.row(i);
+      Matrix drive = record.drive;
+      for (Index j = 0; j < m; ++j)
+        if (const Index row = inputs[static_cast<std::size_t>(j)] - plant.inputs.data(); j != i)
+          drive.row(row).setConstant(record.drive(row, 0));
       Simulation run = simulate_measured(plant, drive, run_options(plant, record));
       if (run.status != Status::ok || run.outputs.cols() < record.y.cols()) return {};
       as_logged(record.slow, run.outputs);
@@ -130,7 +141,7 @@ std::vector<InstrumentFault> wrong_drives(const PlantFit& fit, const std::vector
   std::vector<InstrumentFault> faults;
   for (Index i = 0; i < m; ++i)
     if (!(g(i) > 1 / kTimesOff && g(i) < kTimesOff) && g(i) * g(i) / inverse(i, i) > kMatters * all)
-      faults.push_back({"gain_error", actuator_of(plant, plant.inputs[static_cast<std::size_t>(i)]), g(i)});
+      faults.push_back({"gain_error", actuator_of(plant, *inputs[static_cast<std::size_t>(i)]), g(i)});
   return faults;
 }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/base/status.hpp"
+#include "core/plant/schedule.hpp"
 
 namespace wheelhop {
 namespace {
@@ -64,10 +65,12 @@ EffectId error_of_law(const Plant& plant, const PlantParameter& parameter) {
   constexpr double away = 1e-3;  // m, m/s
   Plant moved = plant;
   set_parameter(moved, parameter.name, 1.1 * parameter.value);
-  const auto rest = slopes_at(plant, 0, 0), moved_rest = slopes_at(moved, 0, 0);
+  moved = at_end_of_schedules(moved, true);
+  const Plant own = at_end_of_schedules(plant, true);
+  const auto rest = slopes_at(own, 0, 0), moved_rest = slopes_at(moved, 0, 0);
   if (rest[1] != moved_rest[1]) return "damping_error";
   if (rest[0] != moved_rest[0]) return "stiffness_error";
-  const auto there = slopes_at(plant, away, away), moved_there = slopes_at(moved, away, away);
+  const auto there = slopes_at(own, away, away), moved_there = slopes_at(moved, away, away);
   if (there[0] != moved_there[0]) return "spring_nonlinearity";
   return there[1] != moved_there[1] ? "damper_nonlinearity" : "stiffness_error";
 }
