@@ -28,6 +28,7 @@ wheelhop_extra_pieces(test_consumer ${CMAKE_CURRENT_SOURCE_DIR}/consumer/static_
 # Runs of the whole program.
 wheelhop_tests(program wheelhop_variants
   FILES
+  end_to_end/adjustable_damper.cpp
   end_to_end/command.cpp
   end_to_end/diagnose.cpp
   end_to_end/identify.cpp

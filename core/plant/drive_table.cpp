@@ -18,7 +18,8 @@ const std::vector<Generator>& generators() {
       {"multisine", "R. Pintelon, J. Schoukens, System Identification (2012), random-phase multisine", Multisine{}},
       {"sweep", "sine of moving frequency", Sweep{}},
       {"iso8608", "ISO 8608, road surface profiles", Iso8608{}},
-      {"bump", "haversine hump", Bump{}}};
+      {"bump", "haversine hump", Bump{}},
+      {"steps", "levels of a uniform distribution, each held", Steps{}}};
   return table;
 }
 
@@ -61,6 +62,10 @@ void check(const Iso8608& o, const JsonCursor& cursor, double hold_hz) {
 }
 
 void check(const Bump&, const JsonCursor&, double) {}
+
+void check(const Steps& o, const JsonCursor& cursor, double) {
+  if (!(o.low <= o.high)) fail_at(cursor, "high", "a level that is not below \"low\"");
+}
 
 }  // namespace
 

@@ -189,7 +189,8 @@ PlantInput read_input(const JsonCursor& cursor, const Plant& plant, Names& place
   if (input.kind == InputKind::schedule) {
     input.unit = cursor.at("unit").string();
     input.range = read_range(cursor.at("range"));
-    input.interpolation = "linear";  // it often moves in steps, beside which a smoother curve would ring
+    // It often moves in steps, beside which a smoother curve would ring.
+    input.interpolation = cursor.find("hold_hz") ? "zoh" : "linear";
   } else {
     input.unit = kind.unit;
     read_unit(cursor, input.unit, std::string("an input of kind ") + kind.name);

@@ -48,7 +48,9 @@ struct PlantInput {
   /// Samples of the drive a second, between which it is held (ZOH). Of a drive that is not held this is the rate of the
   /// samples that it runs through smoothly; a plant file does not give it, `with_drive_rate` finds it for records.
   double hold_hz = 0;
-  std::string interpolation = "band_limited";  ///< between the samples of a slower record: band_limited, zoh, linear
+  /// Between the samples of a slower record: band_limited, zoh, linear. Of a schedule a plant file need not say it
+  /// where it is zoh (held), or linear.
+  std::string interpolation = "band_limited";
   /// A force acts as -u on the first and +u on the second node; ("ground", mass) for a force `on` a mass.
   std::string from, to;
   DrivePath path = {};  ///< from the command to what the plant feels

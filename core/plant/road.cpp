@@ -128,6 +128,17 @@ Drive make(const Bump& o, double hold_hz, Index lead, Index samples, Random&) {
   return drive;
 }
 
+Drive make(const Steps& o, double hold_hz, Index lead, Index samples, Random& random) {
+  Drive drive;
+  drive.values.resize(lead + samples);
+  const auto length = std::max<Index>(1, std::llround(o.hold_s * hold_hz));
+  for (Index i = 0; i < samples; i += length)
+    drive.values.segment(lead + i, std::min(length, samples - i))
+        .setConstant(o.low + (o.high - o.low) * random.uniform());
+  drive.values.head(lead).setConstant(drive.values(lead));
+  return drive;
+}
+
 }  // namespace
 
 Drive make_drive(const DriveOptions& options, double hold_hz, Index lead, Index samples, Random& random) {

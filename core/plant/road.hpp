@@ -93,7 +93,21 @@ struct Bump {
   }
 };
 
-using DriveOptions = std::variant<BandLimitedNoise, Multisine, Sweep, Iso8608, Bump>;
+/// Random steps, as of the voltage of a damper that is set from outside: levels drawn evenly from low to high, each
+/// held for a while. With hold_s as long as the record it is one level.
+struct Steps {
+  double low = 0;
+  double high = 1;
+  double hold_s = 1;
+  template <class V>
+  void fields(V&& visit) {
+    visit("low", low, Range{-1e9, 1e9}, "unit of the input", "lowest level");
+    visit("high", high, Range{-1e9, 1e9}, "unit of the input", "highest level; \"low\" for a constant");
+    visit("hold_s", hold_s, Range{1e-3, 1e6}, "s", "time for which each level is held");
+  }
+};
+
+using DriveOptions = std::variant<BandLimitedNoise, Multisine, Sweep, Iso8608, Bump, Steps>;
 
 /// What `wheelhop list` shows of one generator.
 struct DriveEntry {
@@ -116,8 +130,8 @@ struct Drive {
 };
 
 /// A drive at `hold_hz`. `lead` samples come first: noise and road simply begin earlier, a multisine is continued
-/// backwards, sweep and bump stand at zero.
-/// Cost: O(lead + samples) (noise, sweep, bump), O(period * lines) (multisine), one FFT (road).
+/// backwards, sweep and bump stand at zero, steps at their first level.
+/// Cost: O(lead + samples) (noise, sweep, bump, steps), O(period * lines) (multisine), one FFT (road).
 Drive make_drive(const DriveOptions& options, double hold_hz, Index lead, Index samples, Random& random);
 
 }  // namespace wheelhop

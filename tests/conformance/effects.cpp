@@ -272,6 +272,42 @@ TEST_CASE("a damper between two held nodes is a damper, no tyre") {
     CHECK(seen.count(name) == 1);
 }
 
+TEST_CASE(
+    "beside a damper that follows a drive an added force may follow it, and what corrects it follows as it does") {
+  const Case c = make_case(semi_active_text, 0.005);
+  const std::string slope = "suspension.viscous_damper.scheduled.damping_ns_per_m";
+  std::size_t added = 0, corrections = 0;
+  for (const EffectCandidate& candidate : effect_candidates(c.plant, c.operation)) {
+    CAPTURE(candidate.label().effect, candidate.label().form, candidate.location);
+    const std::string scheduled = candidate.law + ".scheduled.";
+    const auto follows = [&](const FitParameter& own) { return own.name.starts_with(scheduled); };
+    const bool moves = std::any_of(candidate.parameters.begin(), candidate.parameters.end(), follows);
+    if (candidate.law.empty() || candidate.location != part_place("suspension")) {
+      CHECK_FALSE(moves);
+      continue;
+    }
+    const Law& law = candidate.plant.elements[0].laws.back();
+    if (!law.kind->is_correction) {
+      CHECK(moves == (law.kind->role == LawRole::force));
+      added += moves;
+      continue;
+    }
+    ++corrections;
+    CHECK_FALSE(moves);
+    Plant moved = candidate.plant;
+    set_parameter(moved, slope, 400);
+    CHECK(get_parameter(moved, scheduled + "damping_ns_per_m") == 400);
+    const auto all = plant_parameters(candidate.plant);
+    const auto own = std::find_if(all.begin(), all.end(), [&](const PlantParameter& parameter) {
+      return parameter.name == scheduled + "damping_ns_per_m";
+    });
+    REQUIRE(own != all.end());
+    CHECK(own->follows);
+  }
+  CHECK(added >= 4);
+  CHECK(corrections >= 3);
+}
+
 TEST_CASE("the screen finds friction between a mass and the ground, where the plant file has no element") {
   Case c = make_case(quarter_car_text, 0.01);
   for (const Place& location : {guide_place("wheel"), guide_place("body")}) {

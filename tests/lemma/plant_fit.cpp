@@ -76,6 +76,44 @@ TEST_CASE("parameters moved inside their tolerances are found again, and the mis
   CHECK(model_error.norm() < 0.1 * (m.record.y - m.clean).norm());
 }
 
+TEST_CASE(
+    "slopes with a voltage are found again, of a damper and of a friction, in records of steps and of constants") {
+  const std::string damping = "suspension.viscous_damper.scheduled.damping_ns_per_m";
+  const std::string friction = "suspension.coulomb_friction.scheduled.force_n";
+  Plant nominal = plant_from(semi_active_text);
+  nominal.elements[0].laws.push_back(
+      {find_law("coulomb_friction"), {30, 0, 0.05, 0.005}, 0.3, {"voltage", {{0, 10.0}}, 0.3}});
+  Plant truth = nominal;
+  set_parameter(truth, damping, 330);
+  set_parameter(truth, friction, 18);
+  const std::vector<FitParameter> moved = {{damping, 75, 0}, {friction, 3, 0}};
+  for (const bool steps : {true, false}) {
+    CAPTURE(steps);
+    std::vector<FitRecord> records;
+    for (int i = 0; i < 2; ++i) {
+      Measurement m = measure(truth, 4, 0.004, 0.01, 520 + static_cast<std::uint64_t>(i));
+      const double low = i == 0 ? 0 : 4;
+      for (Index k = 0; k < m.record.drive.cols(); ++k) m.record.drive(1, k) = steps && (k / 700) % 2 ? 4 - low : low;
+      const Simulation run = simulate_measured(truth, m.record.drive, run_options(truth, m.record));
+      REQUIRE(run.status == Status::ok);
+      Random random = numbers(530 + static_cast<std::uint64_t>(i));
+      m.record.y = run.outputs + m.record.weight_std.asDiagonal() * random.normal(3, run.outputs.cols());
+      records.push_back(m.record);
+    }
+    const PlantFit fit = fit_plant(nominal, moved, records, *make_levenberg_marquardt({}), {20});
+    REQUIRE(fit.error.size() == 2);
+    CHECK(fit.misfit == Approx(1).epsilon(0.05));
+    for (Index i = 0; i < 2; ++i) {
+      const FitParameter& parameter = moved[static_cast<std::size_t>(i)];
+      const double deviation = get_parameter(fit.plant, parameter.name) - get_parameter(truth, parameter.name);
+      const double std = std::sqrt(fit.covariance(i, i)) * parameter.scale;
+      CAPTURE(parameter.name, deviation, std);
+      CHECK(std::abs(deviation) < 4 * std);
+      CHECK(std < 0.2 * parameter.scale);
+    }
+  }
+}
+
 TEST_CASE("of a record that is compared up to a sample, a clock that runs at another rate reads the drive behind it") {
   for (const double skew : {0.005, -0.005, 0.01}) {
     CAPTURE(skew);

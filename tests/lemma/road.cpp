@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
+#include <set>
 
 #include "core/base/status.hpp"
 #include "core/plant/butterworth.hpp"
@@ -175,6 +176,21 @@ TEST_CASE("a bump is a haversine of its height, length and place") {
   CHECK(d.values(200 + 650) == Approx(0.06));
   CHECK(d.values(200 + 575) == Approx(0.03));
   CHECK(d.values.sum() / 1000 == Approx(0.06 * 0.3 / 2).epsilon(1e-9));
+}
+
+TEST_CASE(
+    "steps hold levels of their range for their time, begin at the first one, and are constant where both ends meet") {
+  const Drive d = drive(Steps{.low = 1, .high = 4, .hold_s = 0.25}, 300, 2600);
+  CHECK((d.values.head(550).array() == d.values(300)).all());
+  std::set<double> levels;
+  for (Index i = 300; i < 2900; ++i) {
+    CHECK((d.values(i) >= 1 && d.values(i) <= 4));
+    levels.insert(d.values(i));
+    if ((i - 300) % 250 != 0) CHECK(d.values(i) == d.values(i - 1));
+  }
+  CHECK(levels.size() == 11);
+  CHECK((drive(Steps{.low = 2, .high = 2}, 10, 90).values.array() == 2).all());
+  CHECK_THROWS_WITH(parsed(R"({"name": "steps", "low": 2, "high": 1})"), Contains("$.high"));
 }
 
 TEST_CASE("every generator reads back what it writes, and refuses what it cannot make") {

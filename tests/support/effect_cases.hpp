@@ -30,7 +30,8 @@ inline Case make_case(const std::string& text, double level) {
   for (Index i = 0; i < c.plant.input_count(); ++i)
     for (Index k = 0; k < samples * ratio; ++k) {
       const double t = static_cast<double>(k) / c.plant.hold_hz();
-      const double unit = c.plant.inputs[static_cast<std::size_t>(i)].kind == InputKind::force ? 1000 : 1;
+      const InputKind kind = c.plant.inputs[static_cast<std::size_t>(i)].kind;
+      const double unit = kind == InputKind::force ? 1000 : kind == InputKind::schedule ? 300 : 1;
       c.record.drive(i, k) =
           unit * level *
           (std::sin(9 * t + static_cast<double>(i)) - std::sin(static_cast<double>(i)) + 0.3 * std::sin(50 * t));
@@ -46,9 +47,10 @@ inline Case make_case(const std::string& text, double level) {
   return c;
 }
 
-/// A quarter car, one mass, and a chain of three.
+/// A quarter car, one mass, a chain of three, and a quarter car whose damper follows a voltage.
 inline std::vector<Case> cases() {
-  return {make_case(quarter_car_text, 0.005), make_case(one_mass_text, 0.002), make_case(chain_text, 0.002)};
+  return {make_case(quarter_car_text, 0.005), make_case(one_mass_text, 0.002), make_case(chain_text, 0.002),
+          make_case(semi_active_text, 0.005)};
 }
 
 }  // namespace wheelhop::test

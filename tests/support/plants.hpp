@@ -27,6 +27,23 @@ inline const std::string quarter_car_text = R"({
     {"name": "body_acc", "kind": "acceleration", "of": "body", "unit": "m/s^2"},
     {"name": "wheel_acc", "kind": "acceleration", "of": "wheel", "unit": "m/s^2"}]})";
 
+/// The quarter car with a damper whose damping follows a voltage.
+inline const std::string semi_active_text = R"({
+  "name": "semi_active",
+  "masses": [{"name": "body", "mass_kg": 300, "tolerance": 0.03}, {"name": "wheel", "mass_kg": 40}],
+  "inputs": [{"name": "road", "kind": "displacement", "unit": "m", "hold_hz": 1000},
+             {"name": "voltage", "kind": "schedule", "unit": "V", "range": [0, 5], "hold_hz": 1000}],
+  "elements": [
+    {"name": "suspension", "between": ["wheel", "body"], "laws": [
+      {"law": "linear_spring", "stiffness_n_per_m": 18000, "tolerance": 0.1},
+      {"law": "viscous_damper", "damping_ns_per_m": 600, "tolerance": 0.15,
+       "scheduled": {"by": "voltage", "slopes": {"damping_ns_per_m": 250}, "tolerance": 0.3}}]},
+    {"name": "tyre", "between": ["road", "wheel"], "laws": [{"law": "linear_spring", "stiffness_n_per_m": 200000}]}],
+  "sensors": [
+    {"name": "travel", "kind": "displacement", "between": ["wheel", "body"], "unit": "m"},
+    {"name": "body_acc", "kind": "acceleration", "of": "body", "unit": "m/s^2"},
+    {"name": "wheel_acc", "kind": "acceleration", "of": "wheel", "unit": "m/s^2"}]})";
+
 /// A mass on a cubic spring and damper, pushed by a force: the electronic rig known as Silverbox has this form.
 inline const std::string one_mass_text = R"({
   "name": "one_mass",
