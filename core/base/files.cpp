@@ -1,12 +1,13 @@
 #include "core/base/files.hpp"
 
 #include <fcntl.h>
-#include <fmt/core.h>
+#include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cctype>
 #include <cerrno>
@@ -29,7 +30,7 @@ namespace {
 
 /// What is not there, or of another kind, is a matter of the name that was given.
 [[noreturn]] void fail_to_read(const fs::path& file, int error) {
-  for (const int of_the_name : {ENOENT, ENOTDIR, EISDIR, ELOOP, ENAMETOOLONG})
+  for (const int of_the_name : {ENOENT, ENOTDIR, ELOOP, ENAMETOOLONG})
     if (error == of_the_name)
       throw UserError(fmt::format("{}: cannot read: {}", file.string(), std::generic_category().message(error)));
   fail(file, "read", error);
@@ -163,13 +164,33 @@ ReadLimits& read_limits() {
   return limits;
 }
 
+namespace {
+
+/// What a user may have meant who named a folder: some of the files that it holds, by name.
+std::string files_in(const fs::path& folder) {
+  constexpr std::size_t most = 6;
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    if (const std::string name = entry->path().filename().string(); name[0] != '.' && entry->is_regular_file(error))
+      names.push_back(name);
+  if (names.empty()) return "";
+  std::sort(names.begin(), names.end());
+  const std::size_t more = names.size() - std::min(names.size(), most);
+  names.resize(names.size() - more);
+  return fmt::format(" with {}{}", fmt::join(names, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
+}
+
+}  // namespace
+
 std::string read_file(const fs::path& file) {
   // Without O_NONBLOCK the call would wait for ever for who writes a pipe.
   const Descriptor in(file, O_RDONLY | O_NONBLOCK);
   if (!in.is_open()) fail_to_read(file, errno);
   struct stat info {};
   if (::fstat(in.number(), &info) != 0) fail_to_read(file, errno);
-  if (S_ISDIR(info.st_mode)) fail_to_read(file, EISDIR);
+  if (S_ISDIR(info.st_mode))
+    throw UserError(fmt::format("{}: expected a file, found a folder{}", file.string(), files_in(file)));
   const bool pipe = S_ISFIFO(info.st_mode);
   if (!pipe) ::fcntl(in.number(), F_SETFL, 0);
   require_memory(file, info.st_size);

@@ -208,7 +208,10 @@ TEST_CASE("a matrix survives JSON and a ragged one is refused") {
 TEST_CASE("reading a file that is not there, or a folder, names it and says why") {
   const test::Folder folder;
   CHECK_THROWS_WITH(read_file(folder / "absent.json"), Contains("absent.json: cannot read: No such file"));
-  CHECK_THROWS_WITH(read_file(folder.path()), Contains("Is a directory"));
+  CHECK_THROWS_WITH(read_file(folder.path()), Contains("expected a file, found a folder"));
+  for (const char* name : {"records.json", "a.csv", ".hidden", "3", "2", "5", "4", "z"}) write_file(folder / name, "x");
+  CHECK_THROWS_WITH(read_file(folder.path()),
+                    Contains("found a folder with 2, 3, 4, 5, a.csv, records.json and ") && !Contains(".hidden"));
   CHECK_THROWS_WITH(JsonCursor::load(folder / "absent.json"), Contains("No such file"));
   write_file(folder / "empty.json", "");
   CHECK(read_file(folder / "empty.json").empty());

@@ -101,7 +101,7 @@ TEST_CASE("binary content and folders under a CSV name are refused, whatever the
   }
   const test::Folder folder;
   fs::create_directory(folder / "x.csv");
-  CHECK_THROWS_WITH(read_table(folder / "x.csv"), Contains("Is a directory"));
+  CHECK_THROWS_WITH(read_table(folder / "x.csv"), Contains("expected a file, found a folder"));
   CHECK_THROWS_WITH(read_table(folder / "none.csv"), Contains("No such file"));
   CHECK_THROWS_WITH(read_table(folder / "a.xlsx"), Contains("expected a file name ending in .csv, .csv.gz or .mat"));
 }

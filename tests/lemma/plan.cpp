@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/gap/plan/plan.hpp"
+#include "core/gap/plan/plan_menu.hpp"
 #include "core/gap/plan/responses.hpp"
 #include "tests/support/places.hpp"
 #include "tests/support/plants.hpp"
@@ -76,6 +77,21 @@ Visibility seen_with(const Plant& plant, const std::vector<EffectCandidate>& can
 }
 
 }  // namespace
+
+TEST_CASE("no drive of the menu changes what sets numbers of laws, and each changes what moves the plant") {
+  const Plant plant = plant_from(semi_active_text);
+  std::vector<FitRecord> records = drive_of(plant, 0.005, 3, 20);
+  records[0].drive.row(1).setConstant(1.5);
+  records[0].drive.row(1).tail(5000).setConstant(4);
+  records[0].y = records[0].weight_std.asDiagonal() * numbers(701).normal(3, 4000);
+  const std::vector<MenuDrive> menu = menu_drives(plant, records);
+  CHECK(menu.size() >= 4);
+  for (const MenuDrive& item : menu) {
+    CAPTURE(item.name);
+    CHECK(item.records[0].drive.row(1) == records[0].drive.row(1));
+    if (item.inputs.empty()) CHECK(item.records[0].drive.row(0) != records[0].drive.row(0));
+  }
+}
 
 TEST_CASE("an error that a parameter can follow inside its tolerance leaves nothing, one without tolerance shows") {
   const Plant plant = plant_from(quarter_car_text);

@@ -23,11 +23,17 @@ constexpr double kSlow = 0.2;              // of the slowest mode: quasi-static
 constexpr Index kListed = 2;               // elements in the name of an item
 constexpr double kSlowestTriangle = 0.05;  // Hz
 
-/// Calls change(row, input, record) on every row of a copy of the drives.
+/// True of a row of the drives that moves something. A schedule stays as it was planned: it is no level to be raised.
+bool moves(const Plant& plant, Index input) {
+  return plant.inputs[static_cast<std::size_t>(input)].kind != InputKind::schedule;
+}
+
+/// Calls change(row, input, record) on every row of a copy of the drives that moves something.
 template <class Change>
-std::vector<FitRecord> changed(std::vector<FitRecord> records, Change change) {
+std::vector<FitRecord> changed(const Plant& plant, std::vector<FitRecord> records, Change change) {
   for (std::size_t r = 0; r < records.size(); ++r)
     for (Index i = 0; i < records[r].drive.rows(); ++i) {
+      if (!moves(plant, i)) continue;
       Vector row = records[r].drive.row(i);
       change(row, i, r);
       records[r].drive.row(i) = row;
@@ -69,7 +75,7 @@ void add_bands(const Plant& plant, const std::vector<FitRecord>& records, std::v
   const double low_hz = rounded(edge_hz / 2);
   const auto low_pass = butterworth_lowpass(4, low_hz, hold_hz);
   menu.push_back({fmt::format("with the drive low-passed at {:g} Hz", low_hz),
-                  changed(records,
+                  changed(plant, records,
                           [&](Vector& u, Index, std::size_t) {
                             const double first = u(0);  // the filter starts from rest
                             u.array() -= first;
@@ -82,7 +88,7 @@ void add_bands(const Plant& plant, const std::vector<FitRecord>& records, std::v
   if (top_hz < 1.5 * edge_hz) return;
   const auto shape = butterworth_lowpass(8, top_hz, hold_hz);
   menu.push_back({fmt::format("with noise up to {:g} Hz", top_hz),
-                  changed(records,
+                  changed(plant, records,
                           [&](Vector& u, Index i, std::size_t r) {
                             Random random(1, Stream::road, r, static_cast<std::uint64_t>(i));
                             Vector noise = random.normal(u.size(), 1);
@@ -101,6 +107,7 @@ void add_triangle(const Plant& plant, const std::vector<FitRecord>& records, std
   const double frequency_hz = std::max(kSlowestTriangle, 2 / duration_s);
   if (!(frequency_hz < kSlow * slowest_mode_hz(plant))) return;
   for (Index i = 0; i < record.drive.rows(); ++i) {
+    if (!moves(plant, i)) continue;
     const double mean = record.drive.row(i).mean();
     const double peak = (record.drive.row(i).array() - mean).abs().maxCoeff();
     // Inputs follow one another, so that they move against each other too.
@@ -176,7 +183,7 @@ std::vector<MenuDrive> menu_drives(const Plant& plant, const std::vector<FitReco
   std::vector<MenuDrive> menu;
   for (const double factor : {0.5, 1.5, 2.0})
     menu.push_back({fmt::format("at {:g} x the level", factor),
-                    changed(records,
+                    changed(plant, records,
                             [&](Vector& u, Index, std::size_t) {
                               const double mean = u.mean();
                               u = (mean + factor * (u.array() - mean)).matrix().eval();

@@ -26,7 +26,7 @@ struct MenuSensor {
 /// as the drive (RMS of its rate) up to four times that band or 0.4 of the sampling rate; a triangle of the peak
 /// amplitude, alone and slow against the slowest mode; the ride height, a static force in every element between masses
 /// that shifts its travel by the RMS it has under the drive. What the plant or the sampling rate has no room for is
-/// left out. Deterministic.
+/// left out, and schedules stay as they were planned. Deterministic.
 /// @param records with the nominal y, as `nominal_outputs` fills it: their spectra tell the band
 std::vector<MenuDrive> menu_drives(const Plant& plant, const std::vector<FitRecord>& records);
 
