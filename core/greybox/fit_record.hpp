@@ -46,7 +46,7 @@ std::vector<std::pair<Index, double>> known_states(const Plant& plant, const Kno
 /// Where a record begins, as far as it is known.
 struct InitialState {
   InitialState() = default;
-  InitialState(Vector of_motion) : motion(std::move(of_motion)) {}  // NOLINT: a motion is a state with the rest at rest
+  InitialState(Vector of_motion) : motion(std::move(of_motion)) {}  // NOLINT: a motion is a state, memories at rest
 
   Vector motion;  ///< [q; v] of the plant's first masses; empty: at rest in equilibrium
   /// Inner states by their names, so that a plant with other laws beside them finds its own. Laws that are not listed

@@ -82,10 +82,9 @@ Equilibrium static_equilibrium(const Plant& plant, ConstVectorRef u) {
   Vector q = least_squares(mass_block(stiffness, n), applied.head(n)).x;
 
   motion.set_inputs(u.data(), rest.data());
-  double largest_input = 0;  // a schedule moves nothing
+  double largest_input = 0;
   for (Index i = 0; i < motion.inputs(); ++i)
-    if (plant.inputs[static_cast<std::size_t>(i)].kind != InputKind::schedule)
-      largest_input = std::max(largest_input, std::abs(u(i)));
+    if (plant.inputs[static_cast<std::size_t>(i)].moves()) largest_input = std::max(largest_input, std::abs(u(i)));
   // A clearance has no slope inside: it is closed at first and opened step by step, each from the place before.
   Equilibrium result{Status::ok, "", q};
   for (const double leak : {1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-9}) {

@@ -105,6 +105,8 @@ struct LawKind {
   LawRole role = LawRole::force;
   LawMemory memory = {};  ///< with states, this alone gives the law's force, slopes, energy and dissipation
 
+  /// The parameter that number k of a law's values belongs to: all entries of a list belong to one.
+  const LawParameter& parameter_of(std::size_t k) const { return parameters[parameters.front().is_list ? 0 : k]; }
   /// True of a force of the travel alone, which turns nothing into heat.
   bool is_elastic() const {
     return role == LawRole::force && memory.states == 0 && energy != nullptr && dissipation == nullptr;

@@ -173,7 +173,7 @@ class Motion {
     Index from, to;
     Index inside = -1;
     bool accelerates_ground = false;
-    bool pushes() const { return node < 0 && from >= 0; }
+    bool pushes() const { return node < 0 && from >= 0; }  // it is a force
   };
   /// A number of a law that follows an input.
   struct Scheduled {

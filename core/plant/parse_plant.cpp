@@ -360,7 +360,7 @@ Plant parse_plant(const JsonCursor& cursor) {
   cursor.done();
   require_every_mass_connected(cursor, plant);
   require_every_element_felt(cursor, plant);
-  if (const std::string beyond = leaves_range(plant); !beyond.empty())
+  if (const std::string beyond = schedule_fault(plant); !beyond.empty())
     cursor.at("elements")
         .fail("numbers that stay in their ranges wherever the drive stays in its own (" + beyond + ")");
   return plant;

@@ -98,14 +98,14 @@ void visit_parameters(AnyPlant& plant, bool ideal_paths, Visit visit) {
       const std::vector<std::string> names = law.parameter_names();
       for (std::size_t k = 0; k < law.values.size(); ++k) {
         if (!std::isfinite(law.values[k])) continue;  // "none", e.g. no travel limit
-        const LawParameter& parameter = law.kind->parameters[law.kind->parameters.front().is_list ? 0 : k];
+        const LawParameter& parameter = law.kind->parameter_of(k);
         visit(VisitedNumber{prefix, names[k], ParameterOwner::law, place, law.kind, parameter.unit, law.tolerance,
                             parameter.range},
               law.values[k]);
       }
       for (auto& [k, slope] : law.schedule.slopes) {
         const std::string number = "scheduled." + names[k];
-        const LawParameter& parameter = law.kind->parameters[law.kind->parameters.front().is_list ? 0 : k];
+        const LawParameter& parameter = law.kind->parameter_of(k);
         const std::string unit = parameter.unit + "/" + unit_of_input(plant, law.schedule.by);
         visit(
             VisitedNumber{prefix, number, ParameterOwner::law, place, law.kind, unit, law.schedule.tolerance, Range{}},

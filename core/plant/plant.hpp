@@ -59,6 +59,8 @@ struct PlantInput {
   /// elements. Not in plant files; for a force that stands for an unknown law.
   std::string inside = {};
   Range range = {};  ///< of a schedule: the values that it may take, between which all laws are inside their own ranges
+
+  bool moves() const { return kind != InputKind::schedule; }  ///< the plant; a schedule moves nothing itself
 };
 
 struct Element {

@@ -20,7 +20,7 @@ std::string fault_of(const Law& law) {
   const std::vector<std::string> names = law.parameter_names();
   for (std::size_t k = 0; k < law.values.size(); ++k) {
     if (!std::isfinite(law.values[k])) continue;  // "none"
-    const Range range = law.kind->parameters[law.kind->parameters.front().is_list ? 0 : k].range;
+    const Range range = law.kind->parameter_of(k).range;
     if (law.values[k] < range.low || law.values[k] > range.high)
       return fmt::format("{} would be {:.4g} where it has to be a {}", names[k], law.values[k], to_string(range));
   }
@@ -38,23 +38,24 @@ Law law_at(const Law& law, double u) {
   return there;
 }
 
-bool has_schedules(const Plant& plant) {
-  return std::any_of(plant.elements.begin(), plant.elements.end(), [](const Element& element) {
-    return std::any_of(element.laws.begin(), element.laws.end(), [](const Law& law) { return law.scheduled(); });
-  });
+std::vector<Plant> at_ends_of_schedules(const Plant& plant) {
+  std::vector<Plant> ends = {plant};
+  for (const PlantInput& input : plant.inputs) {
+    std::vector<Plant> further;
+    for (const Plant& there : ends)
+      for (const double end : {input.range.low, input.range.high}) {
+        if (input.moves()) continue;
+        Plant& own = further.emplace_back(there);
+        for (Element& element : own.elements)
+          for (Law& law : element.laws)
+            if (law.schedule.by == input.name) law = law_at(law, end);
+      }
+    if (!further.empty()) ends = std::move(further);
+  }
+  return ends;
 }
 
-Plant at_end_of_schedules(const Plant& plant, bool high) {
-  Plant there = plant;
-  for (Element& element : there.elements)
-    for (Law& law : element.laws) {
-      const PlantInput* drive = drive_of(plant, law);
-      law = law_at(law, !drive ? 0 : high ? drive->range.high : drive->range.low);
-    }
-  return there;
-}
-
-std::string leaves_range(const Plant& plant) {
+std::string schedule_fault(const Plant& plant) {
   for (const Element& element : plant.elements)
     for (std::size_t i = 0; i < element.laws.size(); ++i) {
       const Law& law = element.laws[i];

@@ -40,10 +40,11 @@ void check_shapes(const Plant& plant, Index memories, ConstMatrixRef drive, cons
 
 /// Fastest pole [1/s] of the plant linearised at zero; 0 where it cannot be.
 double fastest_pole(const Plant& plant) {
-  if (has_schedules(plant))
-    return std::max(fastest_pole(at_end_of_schedules(plant, false)), fastest_pole(at_end_of_schedules(plant, true)));
-  const LinearPlant model = linearise(plant);
-  return model.A.size() == 0 ? 0 : eigenvalues(model.A).cwiseAbs().maxCoeff();
+  double fastest = 0;
+  for (const Plant& there : at_ends_of_schedules(plant))
+    if (const LinearPlant model = linearise(there); model.A.size() > 0)
+      fastest = std::max(fastest, eigenvalues(model.A).cwiseAbs().maxCoeff());
+  return fastest;
 }
 
 /// Steps in one hold interval with which |s| h <= 2.
@@ -88,7 +89,7 @@ void start(Lane& lane) {
   check_shapes(plant, lane.motion.memories(), lane.drive, options);
   if (!all_finite(lane.drive) || !all_finite(options.sampled_drive) || !all_finite(options.initial_state))
     return lane.fail(Status::not_finite, "the drive or the initial state is not finite", 0, lane.start_s());
-  if (const std::string beyond = leaves_range(plant); !beyond.empty())
+  if (const std::string beyond = schedule_fault(plant); !beyond.empty())
     return lane.fail(Status::outside_domain, beyond, 0, lane.start_s());
   lane.state = Vector::Zero(lane.size());
   if (options.initial_state.size() != 0) {
@@ -504,14 +505,12 @@ std::vector<Simulation> simulate_side_by_side(const std::vector<SimulationTask>&
 }
 
 Index stable_substeps(const Plant& plant, Index cap) {
-  if (has_schedules(plant))
-    return std::max(stable_substeps(at_end_of_schedules(plant, false), cap),
-                    stable_substeps(at_end_of_schedules(plant, true), cap));
   double fastest = fastest_pole(plant);
   if (fastest > 0)
-    for (const Element& element : plant.elements)
-      for (const Law& law : element.laws)
-        fastest = std::max({fastest, decay(law, kMemorySpeed), decay(law, -kMemorySpeed)});
+    for (const Plant& there : at_ends_of_schedules(plant))
+      for (const Element& element : there.elements)
+        for (const Law& law : element.laws)
+          fastest = std::max({fastest, decay(law, kMemorySpeed), decay(law, -kMemorySpeed)});
   return steps_for(fastest, 1 / plant.hold_hz(), 1, cap);
 }
 

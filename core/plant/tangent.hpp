@@ -101,7 +101,7 @@ class Tangent {
     std::size_t which = 0, state = 0;  // law, memory: which one, and its first state
   };
   void add_neighbour(const Plant& plant, const Plant& other, const Motion& motion, std::size_t direction);
-  /// Numbers of laws that follow drives, at the present drives, here and in all directions.
+  /// Sets in all neighbours the numbers of laws that follow drives, at the present drives as their direction has them.
   void follow_schedules(const Motion& motion, Index k, bool sampled, double fraction);
   struct DriveChange {
     double value, rate;

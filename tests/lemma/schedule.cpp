@@ -236,13 +236,22 @@ TEST_CASE("a record whose schedule leaves its range is refused, and a little noi
   CHECK_THROWS_WITH(drive_of_record(plant, record), Contains("\"voltage\" to stay in its range of 0 to 2 V"));
 }
 
-TEST_CASE("steps are chosen for the stiffest end of a schedule") {
-  Json law = {{"law", "viscous_damper"}, {"damping_ns_per_m", 10}};
-  law["scheduled"] = {{"by", "voltage"}, {"slopes", {{"damping_ns_per_m", 1e6}}}};
-  const Plant plant = plant_of(car_with(law, 1000));
-  CHECK(stable_substeps(plant) > 2);
-  Random random = numbers(7445);
-  Matrix drive = drives(300, random);
-  drive.row(1).setConstant(kHigh);
-  CHECK(simulate(plant, drive, {.substeps = stable_substeps(plant)}).status == Status::ok);
+TEST_CASE("steps are chosen for the stiffest ends of all schedules, whichever way the numbers go") {
+  for (const bool falls : {false, true}) {
+    CAPTURE(falls);
+    Json law = {{"law", "viscous_damper"}, {"damping_ns_per_m", falls ? 2e6 + 10 : 10}};
+    law["scheduled"] = {{"by", "current"}, {"slopes", {{"damping_ns_per_m", falls ? -1e6 : 1e6}}}};
+    Json text = car_with(scheduled_law(*find_law("coulomb_friction")), 1000);
+    text["inputs"].push_back(
+        {{"name", "current"}, {"kind", "schedule"}, {"unit", "A"}, {"range", {0, kHigh}}, {"hold_hz", 1000}});
+    text["elements"].back()["laws"].push_back(law);
+    const Plant plant = plant_of(text);
+    CHECK(at_ends_of_schedules(plant).size() == 4);
+    CHECK(stable_substeps(plant) > 2);
+    Random random = numbers(7445);
+    Matrix drive(3, 300);
+    drive.topRows(2) = drives(300, random);
+    drive.row(2).setConstant(falls ? 0 : kHigh);
+    CHECK(simulate(plant, drive, {.substeps = stable_substeps(plant)}).status == Status::ok);
+  }
 }

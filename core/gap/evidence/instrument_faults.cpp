@@ -62,11 +62,10 @@ std::vector<Regression> regressions(const PlantFit& fit, const std::vector<FitRe
   return list;
 }
 
-/// All but schedules, which move nothing alone.
 std::vector<const PlantInput*> moving_inputs(const Plant& plant) {
   std::vector<const PlantInput*> moving;
   for (const PlantInput& input : plant.inputs)
-    if (input.kind != InputKind::schedule) moving.push_back(&input);
+    if (input.moves()) moving.push_back(&input);
   return moving;
 }
 

@@ -23,17 +23,13 @@ constexpr double kSlow = 0.2;              // of the slowest mode: quasi-static
 constexpr Index kListed = 2;               // elements in the name of an item
 constexpr double kSlowestTriangle = 0.05;  // Hz
 
-/// True of a row of the drives that moves something. A schedule stays as it was planned: it is no level to be raised.
-bool moves(const Plant& plant, Index input) {
-  return plant.inputs[static_cast<std::size_t>(input)].kind != InputKind::schedule;
-}
-
-/// Calls change(row, input, record) on every row of a copy of the drives that moves something.
+/// Calls change(row, input, record) on every row of a copy of the drives that moves the plant. A schedule stays as it
+/// was planned: its values are no level to be raised.
 template <class Change>
 std::vector<FitRecord> changed(const Plant& plant, std::vector<FitRecord> records, Change change) {
   for (std::size_t r = 0; r < records.size(); ++r)
     for (Index i = 0; i < records[r].drive.rows(); ++i) {
-      if (!moves(plant, i)) continue;
+      if (!plant.inputs[static_cast<std::size_t>(i)].moves()) continue;
       Vector row = records[r].drive.row(i);
       change(row, i, r);
       records[r].drive.row(i) = row;
@@ -107,7 +103,7 @@ void add_triangle(const Plant& plant, const std::vector<FitRecord>& records, std
   const double frequency_hz = std::max(kSlowestTriangle, 2 / duration_s);
   if (!(frequency_hz < kSlow * slowest_mode_hz(plant))) return;
   for (Index i = 0; i < record.drive.rows(); ++i) {
-    if (!moves(plant, i)) continue;
+    if (!plant.inputs[static_cast<std::size_t>(i)].moves()) continue;
     const double mean = record.drive.row(i).mean();
     const double peak = (record.drive.row(i).array() - mean).abs().maxCoeff();
     // Inputs follow one another, so that they move against each other too.
