@@ -39,7 +39,7 @@ Law law_at(const Law& law, double u) {
 }
 
 std::vector<Plant> at_ends_of_schedules(const Plant& plant) {
-  std::vector<Plant> ends = {plant};
+  std::vector<Plant> ends(1, plant);
   for (const PlantInput& input : plant.inputs) {
     std::vector<Plant> further;
     for (const Plant& there : ends)
