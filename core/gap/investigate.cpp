@@ -164,7 +164,8 @@ CandidateEvidence& evidence_of(Investigation& found, const Effects& effects) {
 /// The hypothesis behind an answer that is a plant; null for one that is none.
 Hypothesis* answer_of(Investigation& found) {
   if (const auto* effects = std::get_if<Effects>(&found.verdict.answer))
-    return effects->parameter ? &found.beside.fits.front() : &candidates_of(found, *effects).fit_of(effects->candidate);
+    return effects->parameter ? &found.beside.fits[*effects->parameter]
+                              : &candidates_of(found, *effects).fit_of(effects->candidate);
   if (const auto* parameters = std::get_if<Parameters>(&found.verdict.answer)) {
     Hypothesis& own = found.freed.fits[parameters->freed];
     return own.fit.error.empty() ? nullptr : &own;

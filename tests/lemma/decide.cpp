@@ -413,7 +413,9 @@ TEST_CASE(
     evidence.singles[0].freed[0].z[i] = 0.1;
   }
   evidence.singles[0].freed = of_damping;
-  evidence.singles[0].freed.push_back(freed(evidence, 0, -0.006));  // or would have to be named as well
+  evidence.singles[0].freed.push_back(evidence.singles[0].freed[0]);  // or another one explains as much
+  evidence.singles[0].freed[1].tolerance = 0;
+  std::swap(evidence.singles[0].freed[1].theta[0], evidence.singles[0].freed[1].theta[1]);
   CHECK(decide(evidence).named.size() == 1);
   evidence.singles[0].freed.pop_back();
   CHECK(decide(evidence).named.size() == 2);
@@ -425,6 +427,26 @@ TEST_CASE(
   CHECK(decide(evidence).named.size() == 1);
   evidence.singles[0].freed[0].std = 0.05;
   CHECK(decide(evidence).named.size() == 2);
+}
+
+TEST_CASE("of parameters beside an effect the one that explains most is named, and of equals the nearer one") {
+  const auto named = [](double left_0, double size_0, double left_1, double size_1) {
+    Evidence evidence = friction();
+    std::vector<FreedEvidence>& list = evidence.singles[0].freed;
+    list = {freed(evidence, 0, left_0), freed(evidence, 1, left_1)};
+    list[0].theta[0] = size_0;
+    list[1].theta[1] = size_1;
+    // In whichever order the search tells them.
+    const std::vector<EffectAt> one = decide(evidence).named;
+    std::swap(list[0], list[1]);
+    CHECK(decide(evidence).named == one);
+    return one.size() < 2 ? "none" : to_string(one[1]);
+  };
+  CHECK(named(0.002, 6.5, 0.004, 6.5) == "mass_error@body");
+  CHECK(named(0.004, 6.5, 0.002, 6.5) == "damping_error@suspension");
+  CHECK(named(0.002, 8, 0.002, 80) == "mass_error@body");
+  CHECK(named(0.002, -80, 0.002, -8) == "damping_error@suspension");
+  CHECK(named(0.002, 8, 0.002, -8) == "none");
 }
 
 TEST_CASE("an answer from a place that another signal explains better loses its name") {

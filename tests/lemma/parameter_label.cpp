@@ -88,6 +88,8 @@ TEST_CASE("every number of a path has an error with a name of its own, whatever 
   CHECK(named("sensor:body_acc.crosstalk.quantum") == "crosstalk");
   CHECK(named("mass_kg_of_bouc_wen.viscous_damper.damping_ns_per_m") == "damping_error");
   CHECK(named("mass_kg_of_bouc_wen.hardening_spring.stiffness_n_per_m") == "stiffness_error");
+  for (const char* shape : {"alpha_per_m2", "beta_m", "travel_limit_m"})
+    CHECK(named(std::string("mass_kg_of_bouc_wen.hardening_spring.") + shape) == "spring_nonlinearity");
   CHECK(named("mass_kg_of_bouc_wen.rest_offset.offset_m") == "static_offset");
 }
 

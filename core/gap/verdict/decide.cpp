@@ -370,8 +370,8 @@ Verdict decide_effects(const Case& c, const std::vector<RankedCandidate>& ranked
   const std::size_t named = named_levels(c, levels);
   for (std::size_t i = 1; i < named; ++i) name_effects(c, levels[i], verdict);
   const Level& answer = levels[named - 1];
-  verdict.largest = {levels.size(), levels.back().index, false};
-  verdict.answer = Effects{named, answer.index, false};
+  verdict.largest = {levels.size(), levels.back().index};
+  verdict.answer = Effects{named, answer.index};
   for (std::size_t i = 0; i < answer.candidate->effects.size(); ++i)
     verdict.suspects[i].parameters = answer.candidate->effects[i].parameters;
   verdict = doubted(c, *answer.candidate, ranked.front(), std::move(verdict));

@@ -229,7 +229,7 @@ struct CandidateEvidence {
                                     ///< place; of several effects, at that of their places where this is least
   std::array<double, 2> alone_chi2{kUnknown, kUnknown};  ///< of a pair: chi2 of either effect alone, fitted anew
   std::vector<double> without_chi2;  ///< of more than two effects: chi2 of all but one, fitted anew; the last one apart
-  std::vector<FreedEvidence> freed;  ///< parameters set free beside the effects, one after the other
+  std::vector<FreedEvidence> freed;  ///< parameters set free beside the effects, each alone
   const EffectEvidence& last() const { return effects.back(); }
   template <class V>
   void fields(V&& visit) {

@@ -34,30 +34,21 @@ bool bends_with_form(const CandidateEvidence& candidate, const ToleranceEvidence
 void add_parameter_beside(const Evidence& evidence, const Thresholds& thresholds, Verdict& verdict) {
   Effects& effects = std::get<Effects>(verdict.answer);
   const CandidateEvidence& candidate = candidate_of(evidence, effects);
-  const auto probability_of = [&](std::size_t i) {
-    const double before = i == 0 ? candidate.chi2 : candidate.freed[i - 1].chi2;
-    return probability_beside(evidence, candidate.freed[i], before, thresholds);
-  };
-  const auto wrong = [&](std::size_t i) {
-    return i < candidate.freed.size() && probability_of(i) > thresholds.stands_out;
-  };
-  if (!wrong(0)) return;
-  const FreedEvidence& freed = candidate.freed.front();
+  if (candidate.freed.empty()) return;
+  const std::vector<double> probabilities = probabilities_beside(evidence, candidate, thresholds);
+  const auto most = std::max_element(probabilities.begin(), probabilities.end());
+  if (!(*most > thresholds.stands_out)) return;
+  const auto index = static_cast<std::size_t>(most - probabilities.begin());
+  const FreedEvidence& freed = candidate.freed[index];
   const ToleranceEvidence& own = evidence.tolerances[freed.tolerance];
-  if (wrong(1) && evidence.tolerances[candidate.freed[1].tolerance].name() != own.name()) return;
   for (std::size_t i = 0; i < freed.z.size(); ++i)
     if (i != freed.tolerance && std::abs(freed.z[i]) > thresholds.not_home &&
         !bends_with_form(candidate, own, evidence.tolerances[i]))
       return;
-  const double probability = probability_of(0);
-  const Suspect suspect{own.effect,
-                        own.location,
-                        "",
-                        std::min(probability, thresholds.surest),
-                        freed.stage.misfit,
-                        freed.closure_of_retuned,
-                        {freed.fitted}};
-  effects.parameter = true;
+  const Suspect suspect{
+      own.effect,    own.location, "", std::min(*most, thresholds.surest), freed.stage.misfit, freed.closure_of_retuned,
+      {freed.fitted}};
+  effects.parameter = index;
   verdict.named.push_back(suspect.name());
   std::erase(verdict.ambiguous_with, suspect.name());
   verdict.suspects.insert(verdict.suspects.begin() + static_cast<std::ptrdiff_t>(candidate.effects.size()), suspect);

@@ -310,18 +310,36 @@ std::string others_out(const Evidence& evidence, const FreedEvidence& freed, con
   return list;
 }
 
-double probability_beside(const Evidence& evidence, const FreedEvidence& freed, double before,
-                          const Thresholds& thresholds) {
-  const double remains = freed.chi2 - (1 + thresholds.floor_error) * evidence.samples;
-  const double of_form = std::max(remains, 0.0) / evidence.dispersion / thresholds.directions;
-  const double theta = freed.theta[freed.tolerance];
-  const double of_tolerances = freed.std_of_tolerances * freed.std_of_tolerances;
-  const double of_noise = std::max(freed.std * freed.std - of_tolerances, 0.0);
-  const double wald = theta * theta / (1 + of_tolerances + (std::sqrt(evidence.noise.colour) + of_form) * of_noise);
-  const double ratio = std::max(before - freed.chi2, 0.0) / evidence.dispersion;
+double log_size_prior(double size, const Thresholds& thresholds) {
+  const double relative = size / thresholds.wrong_by;
+  return -std::log(thresholds.wrong_by) - std::log1p(relative * relative);
+}
+
+std::vector<double> probabilities_beside(const Evidence& evidence, const CandidateEvidence& candidate,
+                                         const Thresholds& thresholds) {
   const double parameters = static_cast<double>(std::max<std::size_t>(evidence.tolerances.size(), 1));
-  return 1 / (1 + std::exp(-0.5 * std::min(wald, ratio) + std::log(parameters / thresholds.one_wrong) +
-                           std::log(thresholds.wrong_by)));
+  const double colour = std::sqrt(evidence.noise.colour);
+  std::vector<double> log_weights, wrong;
+  for (const FreedEvidence& freed : candidate.freed) {
+    const double remains = freed.chi2 - (1 + thresholds.floor_error) * evidence.samples;
+    const double inexact = colour + std::max(remains, 0.0) / evidence.dispersion / thresholds.directions;
+    const double theta = freed.theta[freed.tolerance];
+    const double of_tolerances = freed.std_of_tolerances * freed.std_of_tolerances;
+    const double of_noise = std::max(freed.std * freed.std - of_tolerances, 0.0);
+    const double wald = theta * theta / (1 + of_tolerances + inexact * of_noise);
+    const double ratio = std::max(candidate.chi2 - freed.chi2, 0.0) / evidence.dispersion;
+    const double of_priors = candidate.prior_chi2 - freed.prior_chi2;
+    const double of_records = (candidate.chi2 - freed.chi2 - of_priors) / evidence.dispersion;
+    log_weights.push_back(0.5 * (of_priors + of_records / inexact) + log_size_prior(theta, thresholds));
+    wrong.push_back(1 / (1 + std::exp(-0.5 * std::min(wald, ratio) + std::log(parameters / thresholds.one_wrong) +
+                                      std::log(thresholds.wrong_by))));
+  }
+  if (log_weights.empty()) return wrong;
+  const double most = *std::max_element(log_weights.begin(), log_weights.end());
+  double sum = 0;
+  for (const double own : log_weights) sum += std::exp(own - most);
+  for (std::size_t i = 0; i < wrong.size(); ++i) wrong[i] *= std::exp(log_weights[i] - most) / sum;
+  return wrong;
 }
 
 bool parameter_explains(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds) {

@@ -125,19 +125,25 @@ std::vector<RankedCandidate> ranked_sets(const Evidence& evidence, const std::ve
 /// nothing. Where a law's bend is wrong, all that shapes its element bends with it.
 std::string others_out(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds);
 
-/// Probability that a parameter set free beside a candidate is wrong, where one of n parameters is with probability
-/// `one_wrong`, and a wrong one lies N(0, wrong_by^2) tolerances off: log odds = W / 2 - log(n / one_wrong) -
-/// log(wrong_by), W = theta^2 / (1 + v + (sqrt(colour) + r / directions) (std^2 - v)), Wald's statistic of its
-/// deviation against its tolerance, v the part of its variance that the other tolerances leave open; or what chi2 fell
-/// by, over the dispersion, where that is less: the likelihood ratio, which a parameter that moved far along what the
-/// records do not tell does not change. Coloured noise
-/// makes the rest up to `colour` times larger than white noise of its power does, and not at all where the parameter
-/// shows at its quiet frequencies: the geometric mean is a judgement. r, the chi2 that is left above the floor, is the
-/// work of a form that is not the rig's. It bends parameters as noise does, those the most that the records tell the
-/// least.
-/// @param before chi2 of the fit without it free
-double probability_beside(const Evidence& evidence, const FreedEvidence& freed, double before,
-                          const Thresholds& thresholds);
+/// Log of the density of the size of a wrong parameter, up to a constant: a Cauchy distribution of scale `wrong_by`.
+/// Its heavy tails allow one that is far off, and hold the nearer for more probable of two that explain the same.
+/// @param size deviation from the plant file, in tolerances
+double log_size_prior(double size, const Thresholds& thresholds);
+
+/// Probability of each parameter set free beside a candidate to be the one that is wrong: that one of n parameters is,
+/// which it is with probability `one_wrong`, times this one's share among those that were set free,
+///   p_i = w_i / sum_k w_k / (1 + exp(-min(W, L) / 2 + log(n wrong_by / one_wrong))),
+///   w_i = exp((P + D / c) / 2 + log_size_prior(theta)),
+/// where P is what the priors of the other parameters fall by, D what the residuals fall by over the dispersion, and
+/// L = P + D the likelihood ratio, which does not change for a parameter that moved far along what the records do not
+/// tell. W = theta^2 / (1 + v + c (std^2 - v)) is Wald's statistic of its deviation against its tolerance, v the part
+/// of its variance that the other tolerances leave open. c = sqrt(colour) + r / directions is how far the records tell
+/// less than white noise would let them: coloured noise makes the rest up to `colour` times larger than white noise of
+/// its power does, and not at all where the parameter shows at its quiet frequencies: the geometric mean is a
+/// judgement. r, the chi2 that is left above the floor, is the work of a form that is not the rig's. It bends
+/// parameters as noise does, those the most that the records tell the least.
+std::vector<double> probabilities_beside(const Evidence& evidence, const CandidateEvidence& candidate,
+                                         const Thresholds& thresholds);
 
 /// True if the gap closes with the parameter free, and no other one leaves its tolerance.
 bool parameter_explains(const Evidence& evidence, const FreedEvidence& freed, const Thresholds& thresholds);

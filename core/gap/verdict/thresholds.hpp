@@ -109,7 +109,8 @@ struct Thresholds {
           "one more than out_of_tolerance: the largest of a dozen parameters");
     visit("one_wrong", one_wrong, "-", "prior probability that one parameter stands out from the others", judgement,
           "a component test is wrong now and then");
-    visit("wrong_by", wrong_by, "tolerances", "standard deviation of a parameter that is wrong", judgement,
+    visit("wrong_by", wrong_by, "tolerances",
+          "size of a wrong parameter: its standard deviation, or the scale of a Cauchy distribution", judgement,
           "where a deviation begins to be out of tolerance");
     visit("directions", directions, "-",
           "effective number of independent directions of the residuals over which the error of a form is spread; what "

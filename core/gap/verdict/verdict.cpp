@@ -16,7 +16,7 @@ const CandidateEvidence& candidate_of(const Evidence& evidence, const Effects& e
 GapStage corrected_stage(const Evidence& evidence, const Verdict& verdict) {
   if (const auto* effects = std::get_if<Effects>(&verdict.answer)) {
     const CandidateEvidence& candidate = candidate_of(evidence, *effects);
-    return effects->parameter ? candidate.freed.front().stage : candidate.stage;
+    return effects->parameter ? candidate.freed[*effects->parameter].stage : candidate.stage;
   }
   if (const auto* parameters = std::get_if<Parameters>(&verdict.answer)) return evidence.freed[parameters->freed].stage;
   return evidence.retuned;
@@ -28,7 +28,7 @@ Closure closure_of(const Evidence& evidence, const Verdict& verdict) {
     return evidence.correction.closure_with_answer;
   if (const auto* effects = std::get_if<Effects>(&verdict.answer)) {
     const CandidateEvidence& candidate = candidate_of(evidence, *effects);
-    return effects->parameter ? candidate.freed.front().closure_of_retuned : candidate.closure;
+    return effects->parameter ? candidate.freed[*effects->parameter].closure_of_retuned : candidate.closure;
   }
   if (const auto* parameters = std::get_if<Parameters>(&verdict.answer))
     return evidence.freed[parameters->freed].closure_of_delivered;

@@ -2,6 +2,7 @@
 /// The verdict of a diagnosis: one answer of nine kinds, and what it rests on.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -21,7 +22,8 @@ struct Parameters {
 struct Effects {
   std::size_t count = 1;      ///< of the effects
   std::size_t candidate = 0;  ///< index into Evidence::singles, ::pairs or, of more than two effects, ::larger
-  bool parameter = false;     ///< the first of the candidate's freed parameters is named too
+  /// Index into CandidateEvidence::freed of the parameter that is named too; none where no parameter is.
+  std::optional<std::size_t> parameter = {};
 };
 /// Gross faults of instruments that were corrected, and no name for what is left beside them, if anything is.
 struct Instruments {};

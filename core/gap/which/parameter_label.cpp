@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 
@@ -22,6 +24,45 @@ std::array<double, 2> slopes_at(const Plant& plant, double x, double v) {
       sum[1] += d;
     }
   return sum;
+}
+
+/// Stiffness of an element without its laws with memory; none beyond the travel that one of them allows.
+std::optional<double> stiffness_at(const Element& element, double x) {
+  double sum = 0;
+  for (const Law& law : element.laws) {
+    double k = 0, d = 0;
+    if (law.states() > 0) continue;
+    if (!law.slopes(x, 0, k, d)) return {};
+    sum += k;
+  }
+  return sum;
+}
+
+/// The travel that the laws of an element allow; 0 if they allow any.
+double travel_allowed(const Element& element) {
+  double inside = 1e-6, outside = 1e3;  // m
+  if (stiffness_at(element, outside)) return 0;
+  while (outside > 1.01 * inside) {
+    const double middle = std::sqrt(inside * outside);
+    (stiffness_at(element, middle) ? inside : outside) = middle;
+  }
+  return inside;
+}
+
+/// True of a number that shapes a spring with ends instead of scaling it: half way to an end, or close to it, the
+/// stiffness changes by a share that is more than twice or less than half of what it is at rest.
+bool shapes_spring(const Plant& own, const Plant& moved, const Place& place) {
+  for (std::size_t i = 0; i < own.elements.size(); ++i) {
+    if (location_of(own.elements[i]) != place) continue;
+    const double allowed = travel_allowed(own.elements[i]);
+    const auto share = [&](double x) {
+      const auto before = stiffness_at(own.elements[i], x), after = stiffness_at(moved.elements[i], x);
+      return before && after ? std::abs(*after / *before - 1) : 0.0;
+    };
+    const auto differs = [&](double x) { return share(x) > 2 * share(0) || share(0) > 2 * share(x); };
+    return allowed > 0 && (differs(0.5 * allowed) || differs(0.9 * allowed));
+  }
+  return false;
 }
 
 struct Word {
@@ -70,6 +111,7 @@ EffectId error_of_law(const Plant& plant, const PlantParameter& parameter) {
   const Plant own = at_ends_of_schedules(plant).back();
   const auto rest = slopes_at(own, 0, 0), moved_rest = slopes_at(moved, 0, 0);
   if (rest[1] != moved_rest[1]) return "damping_error";
+  if (shapes_spring(own, moved, parameter.handle.place)) return "spring_nonlinearity";
   if (rest[0] != moved_rest[0]) return "stiffness_error";
   const auto there = slopes_at(own, away, away), moved_there = slopes_at(moved, away, away);
   if (there[0] != moved_there[0]) return "spring_nonlinearity";

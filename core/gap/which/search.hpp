@@ -35,7 +35,7 @@ struct SearchEffort {
   double freed_z = 1;         ///< and of those that then are
   double stands_out = 0.5;    ///< probability of one parameter to stand out, from which it is
   double beside_z = 3;        ///< z of a parameter beside an effect, from which it is set free
-  Index beside = 2;           ///< parameters set free beside an effect, at most
+  std::size_t beside = 3;     ///< parameters set free beside an effect, each alone, at most
   std::size_t firsts = 2;     ///< effects to which a second one is tried
   Index second_fits = 5;      ///< quick fits of a second effect to each
   double second_worth = 0.2;  ///< screened gain over the best one's, below which a second effect is not fitted
@@ -164,8 +164,9 @@ FreedParameters free_parameters(const Search& search, const std::vector<std::siz
 /// Those that may be the answer where no effect is: far enough from their tolerances, or standing out from the others.
 std::vector<std::size_t> parameters_to_free(const Search& search, const Evidence& evidence);
 
-/// Sets parameters free beside the effects of an answer, the one with the largest leave-prior-out z first, as long as
-/// one is above `beside_z`. Masses, stiffnesses and damping at rest alone: what else shapes a law bends with an effect.
+/// Sets parameters free beside the effects of an answer, each alone and side by side: of those whose leave-prior-out z
+/// is above `beside_z` the few that promise most, a size far out counting for less (`log_size_prior`). Masses,
+/// stiffnesses and damping at rest alone: what else shapes a law bends with an effect.
 /// @param tolerances of the evidence   @param answer linearised by this
 /// @param candidate evidence of the answer; gets its linearisation, and what each freed parameter tells
 /// @return a fit for each of its freed parameters, linearised

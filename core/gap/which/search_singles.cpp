@@ -344,38 +344,50 @@ double objective(const PlantFit& fit) {
   return fit.residual.squaredNorm() + fit.theta.cwiseAbs2().dot(fit.precision.head(fit.theta.size()));
 }
 
+/// Parameters to set free beside an answer: those that gain most by the linear model. Left out of its prior, one moves
+/// to theta / (1 - S_ii) and takes z^2 from the objective, S the covariance of the answer's fit.
+std::vector<std::size_t> worth_freeing(const Search& search, const std::vector<ToleranceEvidence>& tolerances,
+                                       const CandidateEvidence& candidate, ConstMatrixRef covariance) {
+  std::vector<std::pair<double, std::size_t>> list;
+  for (std::size_t i = 0; i < candidate.z.size() && candidate.z.size() == tolerances.size(); ++i) {
+    if (!is_parameter_error(tolerances[i].effect) || shaped_by(candidate, tolerances[i])) continue;
+    const double z = candidate.z[i], left = 1 - covariance(static_cast<Index>(i), static_cast<Index>(i));
+    if (!(std::abs(z) > search.effort.beside_z)) continue;
+    const double size = candidate.theta[i] / std::max(left, 1e-6);
+    list.emplace_back(log_size_prior(size, search.thresholds) + z * z / 2, i);
+  }
+  std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  if (list.size() > search.effort.beside) list.resize(search.effort.beside);
+  std::vector<std::size_t> which;
+  for (const auto& [score, i] : list) which.push_back(i);
+  return which;
+}
+
 }  // namespace
 
 std::vector<Hypothesis> free_beside(const Search& search, const std::vector<ToleranceEvidence>& tolerances,
                                     Hypothesis& answer, CandidateEvidence& candidate) {
   const Study& study = search.study;
-  std::vector<Hypothesis> fits;
-  if (!linearise(answer.fit, answer.parameters, study.data.fitted)) return fits;
+  if (!linearise(answer.fit, answer.parameters, study.data.fitted)) return {};
   add_linearisation(search, answer, candidate);
-  std::vector<double> z = candidate.z;
-  while (static_cast<Index>(fits.size()) < search.effort.beside && !z.empty() && z.size() == tolerances.size()) {
-    for (std::size_t i = 0; i < z.size(); ++i)
-      if (!is_parameter_error(tolerances[i].effect) || shaped_by(candidate, tolerances[i])) z[i] = 0;
-    for (const FreedEvidence& freed : candidate.freed) z[freed.tolerance] = 0;
-    const auto most =
-        std::max_element(z.begin(), z.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
-    if (!(std::abs(*most) > search.effort.beside_z)) break;
-    const auto tolerance = static_cast<std::size_t>(most - z.begin());
-    const Hypothesis& base = fits.empty() ? answer : fits.back();
-    std::vector<FitParameter> parameters = base.parameters;
-    parameters[tolerance].prior_std = 0;
-    Hypothesis freed = fit_from(study, base, parameters);
-    freed.effects = answer.effects;
+  const std::vector<std::size_t> which = worth_freeing(search, tolerances, candidate, answer.fit.covariance);
+  std::vector<Hypothesis> fits(which.size());
+  tbb::parallel_for(std::size_t{0}, which.size(), [&](std::size_t k) {
+    std::vector<FitParameter> parameters = answer.parameters;
+    parameters[which[k]].prior_std = 0;
+    fits[k] = fit_from(study, answer, parameters);
+    fits[k].effects = answer.effects;
+    if (!fits[k].fit.error.empty() && !linearise(fits[k].fit, parameters, study.data.fitted)) fits[k].fit.error.clear();
+  });
+  std::vector<Hypothesis> found;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
     // The held-out records may speak against it within their noise; where what was minimised did not fall, the fit
     // found nothing.
-    if (freed.fit.error.empty() || objective(freed.fit) > objective(base.fit) ||
-        !linearise(freed.fit, parameters, study.data.fitted))
-      break;
-    candidate.freed.push_back(freed_evidence(search, freed, tolerance));
-    z = candidate.freed.back().z;
-    fits.push_back(std::move(freed));
+    if (fits[k].fit.error.empty() || objective(fits[k].fit) > objective(answer.fit)) continue;
+    candidate.freed.push_back(freed_evidence(search, fits[k], which[k]));
+    found.push_back(std::move(fits[k]));
   }
-  return fits;
+  return found;
 }
 
 FreedParameters free_parameters(const Search& search, const std::vector<std::size_t>& which) {
