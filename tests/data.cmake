@@ -2,6 +2,7 @@
 wheelhop_tests(data wheelhop_data PkgConfig::matio ZLIB::ZLIB
   FILES
   lemma/metrics.cpp
+  lemma/output_limits.cpp
   conformance/recordings.cpp
   conformance/records.cpp
   conformance/tables.cpp

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/linalg.hpp"
+#include "core/data/output_limits.hpp"
 
 namespace wheelhop {
 
@@ -33,6 +34,7 @@ struct Signal {
   std::vector<Channel> inputs;         ///< m
   std::vector<Channel> outputs;        ///< p
   std::vector<SlowChannel> slow = {};  ///< p, see slow_channels.hpp; empty: every sample of all outputs was read
+  OutputLimits limits = {};            ///< at which the outputs were cut off, where a method is to know it
 
   Index samples() const { return u.cols(); }
   Index input_count() const { return u.rows(); }
@@ -44,6 +46,7 @@ struct SignalView {
   ConstMatrixRef u, y;  ///< m x N, p x N
   double sample_time_s;
   Index skip;  ///< leading samples left out of every score
+  OutputLimits limits;
 
   SignalView(const Signal& signal) : SignalView(signal, signal.samples()) {}
   /// @param samples of the record's start, at most signal.samples()
@@ -51,7 +54,8 @@ struct SignalView {
       : u(signal.u.leftCols(samples)),
         y(signal.y.leftCols(samples)),
         sample_time_s(signal.sample_time_s),
-        skip(signal.skip) {}
+        skip(signal.skip),
+        limits(signal.limits) {}
 };
 
 }  // namespace wheelhop

@@ -39,10 +39,12 @@ constexpr Index kIdleOrders = 3;
 /// drives the plant a tenth harder makes more of a difference to a polynomial.
 constexpr double kRobustMap = 1.25;
 
-/// Fitted samples that all starts together read, the same times the square of the order, and the most starts.
-/// Judgement: at five hundred samples the best of eight is in a good minimum where one is in one of three, at two
-/// thousand one suffices; the time of a start grows with the samples and the square of the order.
-constexpr Index kStartSamples = 4000, kStartWork = 60000, kMostStarts = 8;
+/// Starts on so many fitted samples, kStartSamples^2 / samples^2, at most kMostStarts, and so many that their work, the
+/// samples of all of them times the square of the order, stays below kStartWork. Judgements: on a record of a thousand
+/// samples, cut off at one end, the best of five is in a poor minimum in one of three cases and the best of sixteen in
+/// none of six; on three thousand samples one suffices.
+constexpr double kStartSamples = 3072;
+constexpr Index kStartWork = 120000, kMostStarts = 16;
 
 /// Fitted samples a parameter from which on a wider map is tried, times that its features are doubled at most, and the
 /// iterations of a refinement then, in those of the first. Judgements: a hundred samples determine a parameter to a
@@ -98,6 +100,10 @@ Scaled scale(std::vector<Signal> records, Channels& channels) {
     record.u.array().colwise() /= channels.u_scale.array();
     record.y.colwise() -= y_offset;
     record.y.array().colwise() /= channels.y_scale.array();
+    if (!record.limits.any()) continue;
+    record.limits.low -= y_offset;
+    record.limits.high -= y_offset;
+    record.limits = over(record.limits, channels.y_scale);
   }
   return {std::move(records), y_scale * y_offset, y_scale * of_y.deviation};
 }
@@ -252,7 +258,7 @@ struct Trials {
       if (found.linear.status != Status::ok) return false;
       if (pipeline.nonlinearities > 0) starts = wanted_starts(found.linear.order_used);
       if (candidates.empty())
-        add(scored("linear", without_map(found.linear.model), found.linear.x0, true), runs.size() - 1);
+        add(scored("linear", without_map(found.linear.model, fitted.limits), found.linear.x0, true), runs.size() - 1);
       const auto enter = [&](Best& best, Candidate candidate) {
         candidate.form = suffix;
         if (starts > 1) of_all_starts.push_back(candidate);
@@ -421,12 +427,20 @@ std::vector<StartedRecord> started(const std::vector<Signal>& records, const std
 }  // namespace
 
 Index starts_for(Index samples, Index order) {
+  const double relative = kStartSamples / static_cast<double>(std::max<Index>(samples, 1));
   const Index by_order = kStartWork / std::max<Index>(samples * order * order, 1);
-  return std::clamp<Index>(std::min(kStartSamples / std::max<Index>(samples, 1), by_order), 1, kMostStarts);
+  const auto most = static_cast<double>(std::min(by_order, kMostStarts));
+  return std::max<Index>(1, static_cast<Index>(std::min(relative * relative, most)));
 }
 
 Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, const Pieces& pieces, Random& random) {
   Delivery result;
+  if (options.cut_off_outputs) {
+    std::vector<ConstMatrixRef> outputs;
+    for (const Signal& record : records) outputs.emplace_back(record.y);
+    result.limits = find_output_limits(outputs);
+    for (Signal& record : records) record.limits = result.limits;
+  }
   Scaled scaled = scale(std::move(records), result.channels);
   Split parts = find_split(scaled.records, options, pieces);
   if (options.search) {
@@ -511,6 +525,7 @@ Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, co
   result.unexplained = unexplained_by(result.model, result.x0, scaled.records);
   result.model.linear.y0 += scaled.y_offset;
   result.linear.y0 += scaled.y_offset;
+  result.model.limits = over(result.limits, result.channels.y_scale);
   return result;
 }
 

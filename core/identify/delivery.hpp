@@ -21,6 +21,7 @@ struct DeliveryOptions {
   bool choose_direct_term = false;            ///< also without Dt where the record asks for it
   Index initial_state_samples = 0;            ///< of a record that is not fitted; 0: initial_state_span()
   Index starts = 0;                           ///< of the pipeline from other initial guesses; 0: starts_for()
+  bool cut_off_outputs = true;                ///< look for limits of the outputs, find_output_limits()
 };
 
 /// Channels as the models see them: (u - u_offset) ./ u_scale and y ./ y_scale, inputs late by `delay` samples.
@@ -33,6 +34,7 @@ struct Delivery {
   Status status = Status::failed;
   std::string message;  ///< where there is no model, or how the refinement failed
   Channels channels;
+  OutputLimits limits;  ///< p, units of the records; those of `model` are these over channels.y_scale
   std::optional<LinearSearch> search;
   PipelineResult pipeline;  ///< the run of the model chosen; its steps on the fitted part
   std::vector<Candidate> candidates;
@@ -52,7 +54,10 @@ struct Delivery {
 Index starts_for(Index samples, Index order);
 
 /// Steps:
-/// 1. Offsets larger than the motion are taken out of inputs and outputs, all channels are scaled to unit RMS.
+/// 1. Offsets larger than the motion are taken out of inputs and outputs, all channels are scaled to unit RMS. An
+/// output
+///    that was cut off gives the models its limits: a sample there counts as an error only of a model that stays
+///    inside.
 /// 2. The first three quarters of every record are fitted, the rest is held out. Where the longest record is too short
 ///    for the pieces by then, nothing is held out.
 /// 3. Linear model, passes and refinement on the longest record's part (run_scaled_pipeline), from `starts` initial

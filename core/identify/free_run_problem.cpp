@@ -15,7 +15,9 @@ constexpr Index kStage = 8;  // iterations before the prior is weighed again
 class FreeRunProblem final : public ResidualProblem {
  public:
   FreeRunProblem(const NonlinearModel& model, ConstMatrixRef u, ConstMatrixRef y, ConstVectorRef weight_std, Index skip)
-      : model_(model), u_(u), y_(y), weight_(weight_std.cwiseInverse()), skip_(skip) {}
+      : model_(model), limits_(model.limits), u_(u), y_(y), weight_(weight_std.cwiseInverse()), skip_(skip) {
+    model_.limits = {};
+  }
 
   Index parameters() const override { return layout_of(model_).size(); }
   Index residuals() const override { return y_.rows() * (y_.cols() - skip_); }
@@ -100,7 +102,9 @@ class FreeRunProblem final : public ResidualProblem {
       const Index drop = std::max<Index>(skip_ - block.first, 0), count = block.y.cols() - drop;
       if (count <= 0) return;
       const Index sample = block.first + drop;
-      receive(sample - skip_, Matrix(block.y.rightCols(count) - y_.middleCols(sample, count)));
+      Matrix error = block.y.rightCols(count) - y_.middleCols(sample, count);
+      excuse_beyond(limits_, y_.middleCols(sample, count), error);
+      receive(sample - skip_, error);
     });
     return stopped_at < 0;
   }
@@ -118,13 +122,19 @@ class FreeRunProblem final : public ResidualProblem {
       if (count <= 0) return;
       for (Index i = 0; i < y_.rows(); ++i) {
         auto scored = rows[static_cast<std::size_t>(i)].middleCols(drop, count);
-        scored.row(row.output) -= y_.row(i).segment(first + drop, count);
+        const auto y = y_.row(i).segment(first + drop, count);
+        scored.row(row.output) -= y;
+        for (Index k = 0; k < count && limits_.any(); ++k)
+          if ((y(k) >= limits_.high(i) && scored(row.output, k) > 0) ||
+              (y(k) <= limits_.low(i) && scored(row.output, k) < 0))
+            scored.col(k).setZero();
         receive(first + drop - skip_, i, scored);
       }
     });
   }
 
-  NonlinearModel model_;
+  NonlinearModel model_;  // without its limits
+  OutputLimits limits_;
   ConstMatrixRef u_, y_;
   Vector weight_;
   Index skip_;

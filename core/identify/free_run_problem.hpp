@@ -10,7 +10,8 @@
 
 namespace wheelhop {
 
-/// r = (yhat_k - y_k) ./ weight_std after `skip` samples, theta as packed by core/model/sensitivities.hpp.
+/// r = (yhat_k - y_k) ./ weight_std after `skip` samples, theta as packed by core/model/sensitivities.hpp. Of a model
+/// with limits yhat is what it would show without them, and r is 0 where y stands at a limit and yhat lies beyond it.
 /// Outside the domain: a free run beyond the state guard.
 /// Neither the cost nor the normal equations need memory that grows with the record.
 /// @param u m x N   @param y p x N, both borrowed: they must outlive the problem   @param weight_std p, > 0

@@ -64,10 +64,13 @@ struct Run {
   const PipelineOptions& options;
   const Pieces& pieces;
   Random& random;
+  OutputLimits limits = {};  // of the outputs
 
   Matrix residual(const Extended& system) const {  // eqs. (12)-(13)
     Matrix z = simulated_outputs(system.linear, u, system.x0);
-    z = y - z;
+    z -= y;
+    excuse_beyond(limits, y, z);
+    z = -z;
     return z;
   }
 };
@@ -92,8 +95,9 @@ Extended identify_linear(const Run& run, PipelineResult& result) {
   };
   whiten_along();
   if (run.options.linear_iterations > 0) {
-    const Refinement refined = refine(without_map(system.linear), system.x0, run.u, run.y, Vector::Ones(run.y.rows()),
-                                      run.skip, run.pieces.solver, run.options.linear_iterations);
+    const Refinement refined =
+        refine(without_map(system.linear, run.limits), system.x0, run.u, run.y, Vector::Ones(run.y.rows()), run.skip,
+               run.pieces.solver, run.options.linear_iterations);
     result.output_error = refined.solution;
     if (usable(refined.solution) && spectral_radius(refined.model.linear.A) < 1) {
       system.linear = refined.model.linear;
@@ -186,7 +190,7 @@ void fit_map(const Run& run, const Extended& system, const InputTrajectory& alon
   pass.message = fit.message;
   if (fit.status != Status::ok) return;
   pass.map_residual = fit.residual;
-  pass.model = {system.linear, system.Bt, system.Dt, fit.map};
+  pass.model = {system.linear, system.Bt, system.Dt, fit.map, run.limits};
   fold_linear_part(pass.model, fit.linear);
   pass.x0 = system.x0;
   Matrix y = Matrix::Zero(run.y.rows(), run.y.cols());
@@ -326,13 +330,13 @@ void refine_linear(const Run& run, PipelineResult& result) {
 
 PipelineResult run_passes(const SignalView& scaled, const PipelineOptions& options, const Pieces& pieces,
                           Random& random) {
-  const Run run{scaled.u, scaled.y, scaled.sample_time_s, scaled.skip, options, pieces, random};
+  const Run run{scaled.u, scaled.y, scaled.sample_time_s, scaled.skip, options, pieces, random, scaled.limits};
   PipelineResult result;
   Extended system = identify_linear(run, result);
   if (result.linear.status != Status::ok) return result;
   if (options.nonlinearities == 0) {
     result.status = Status::ok;
-    result.model = without_map(system.linear);
+    result.model = without_map(system.linear, run.limits);
     result.x0 = system.x0;
     return result;
   }
@@ -356,7 +360,7 @@ PipelineResult run_scaled_pipeline(const SignalView& scaled, const PipelineOptio
                                    Random& random) {
   PipelineResult result = run_passes(scaled, options, pieces, random);
   if (result.status == Status::ok && options.refine_iterations > 0) {
-    const Run run{scaled.u, scaled.y, scaled.sample_time_s, scaled.skip, options, pieces, random};
+    const Run run{scaled.u, scaled.y, scaled.sample_time_s, scaled.skip, options, pieces, random, scaled.limits};
     if (options.nonlinearities == 0)
       refine_linear(run, result);
     else

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 namespace wheelhop {
@@ -34,6 +35,32 @@ Json inputs_json(const ModelFile& file) {
     out[i]["delay_samples"] = file.delay.empty() ? 0 : file.delay[i];
   }
   return out;
+}
+
+/// The limits of the outputs in their units, null where there is none; nothing where no output has one.
+Json outputs_json(const ModelFile& file) {
+  Json out = channels_json(file.outputs, file.y_scale, file.envelope.y);
+  const OutputLimits& limits = file.limits;
+  for (std::size_t i = 0; i < file.outputs.size() && limits.any(); ++i) {
+    const auto row = static_cast<Index>(i);
+    const auto value = [&](double limit) { return std::isfinite(limit) ? Json(limit) : Json(); };
+    out[i]["limits"] = {value(limits.low(row)), value(limits.high(row))};
+  }
+  return out;
+}
+
+/// [low, high] of an output, null where there is none.
+std::array<double, 2> read_limits(const JsonCursor& item) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  std::array<double, 2> limits{-infinity, infinity};
+  const auto cursor = item.find("limits");
+  if (!cursor) return limits;
+  const std::vector<JsonCursor> ends = cursor->items();
+  if (ends.size() != 2) cursor->fail("[lowest, highest], null where there is none");
+  for (std::size_t i = 0; i < 2; ++i)
+    if (!ends[i].raw().is_null()) limits[i] = ends[i].number();
+  if (!(limits[0] < limits[1])) cursor->fail("[lowest, highest], null where there is none");
+  return limits;
 }
 
 Json states_json(const StateStatistics& states) {
@@ -118,7 +145,7 @@ Json to_json(const ModelFile& file) {
           {"message", file.message},
           {"sampling_hz", file.sampling_hz},
           {"inputs", inputs_json(file)},
-          {"outputs", channels_json(file.outputs, file.y_scale, file.envelope.y)},
+          {"outputs", outputs_json(file)},
           {"order", file.model.order()},
           {"nonlinearities", file.model.auxiliary_count()},
           {"A", to_json(linear.A)},
@@ -162,7 +189,18 @@ ModelFile parse_model(const JsonCursor& cursor, const RestoreMap& restore) {
     file.delay.push_back(item.integer("delay_samples", 0, 0, 1000000));
   });
   file.u_offset = Eigen::Map<const Vector>(offsets.data(), static_cast<Index>(offsets.size()));
-  read_channels(cursor.at("outputs"), file.outputs, file.y_scale, file.envelope.y, [](const JsonCursor&) {});
+  std::vector<double> low, high;
+  bool limited = false;
+  read_channels(cursor.at("outputs"), file.outputs, file.y_scale, file.envelope.y, [&](const JsonCursor& item) {
+    const auto [lowest, highest] = read_limits(item);
+    limited = limited || std::isfinite(lowest) || std::isfinite(highest);
+    low.push_back(lowest);
+    high.push_back(highest);
+  });
+  if (limited)
+    file.limits = {Eigen::Map<const Vector>(low.data(), file.y_scale.size()),
+                   Eigen::Map<const Vector>(high.data(), file.y_scale.size())};
+  file.model.limits = over(file.limits, file.y_scale);
   const auto m = static_cast<Index>(file.inputs.size()), p = static_cast<Index>(file.outputs.size());
   const Index n = cursor.at("order").integer(1, 1000), q = cursor.at("nonlinearities").integer(0, 1000);
   LinearModel& linear = file.model.linear;

@@ -34,6 +34,7 @@ struct ModelFile {
   Vector u_scale, y_scale;        ///< m and p; the model sees (u - u_offset) ./ u_scale and y ./ y_scale
   Vector u_offset = {};           ///< m, units of the inputs; empty: none
   std::vector<Index> delay = {};  ///< m, samples by which each input acts late; empty: none
+  OutputLimits limits = {};       ///< p, units of the outputs; those of the model are these over y_scale
   NonlinearModel model;
   Vector x0;                    ///< n, initial state of the training record
   StateStatistics states = {};  ///< on the training records, residual_std in the model's scale; unknown in older files

@@ -9,8 +9,8 @@ constexpr Index kRunBlock = 256;  // samples whose motion stays in the first cac
 
 }  // namespace
 
-NonlinearModel without_map(const LinearModel& model) {
-  return {model, Matrix(model.order(), 0), Matrix(model.output_count(), 0), nullptr};
+NonlinearModel without_map(const LinearModel& model, const OutputLimits& limits) {
+  return {model, Matrix(model.order(), 0), Matrix(model.output_count(), 0), nullptr, limits};
 }
 
 Index free_run_in_blocks(const NonlinearModel& model, ConstMatrixRef u, ConstVectorRef x0,
@@ -45,6 +45,7 @@ Index free_run_in_blocks(const NonlinearModel& model, ConstMatrixRef u, ConstVec
     y.noalias() += model.linear.D * inputs.leftCols(count);
     if (model.map) y.noalias() += model.Dt * auxiliary.leftCols(count);
     y.colwise() += model.linear.y0;
+    cut_off(model.limits, y);
     if (count > 0) receive({first, states.leftCols(count), y, auxiliary.leftCols(count)});
     if (count < wanted) return first + count;
   }

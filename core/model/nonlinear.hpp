@@ -1,13 +1,14 @@
 /// \file
 /// The model class of the paper with the direct term its eq. (5) lacks:
 ///   x_{k+1} = A x_k + B u_k + Bt f_k,   y_k = C x_k + D u_k + Dt f_k + y0,   f_k = f(x_k, u_k).
-/// Accelerations respond to a force at once, hence Dt.
+/// Accelerations respond to a force at once, hence Dt. Outputs with limits are cut off there.
 #pragma once
 
 #include <functional>
 #include <memory>
 
 #include "core/base/status.hpp"
+#include "core/data/output_limits.hpp"
 #include "core/model/linear.hpp"
 #include "core/model/static_map.hpp"
 
@@ -18,6 +19,7 @@ struct NonlinearModel {
   Matrix Bt;                             ///< n x q
   Matrix Dt;                             ///< p x q
   std::shared_ptr<const StaticMap> map;  ///< R^(n+m) -> R^q; nullptr for a linear model
+  OutputLimits limits = {};              ///< of the outputs
 
   Index order() const { return linear.order(); }
   Index auxiliary_count() const { return Bt.cols(); }
@@ -34,7 +36,7 @@ struct StateStatistics {
 };
 
 /// A linear model as a nonlinear one without a map.
-NonlinearModel without_map(const LinearModel& model);
+NonlinearModel without_map(const LinearModel& model, const OutputLimits& limits = {});
 
 struct FreeRun {
   Status status = Status::ok;  ///< outside_domain: a state exceeded the guard at sample `stopped_at`

@@ -124,6 +124,11 @@ bool free_run_sensitivities(const NonlinearModel& model, ConstMatrixRef u, Const
         combine(column, &moving(n + i, 0), now.data(), terms, width);
         std::copy_n(regressors.data(), at.regressors(), column + row.regressors);
         column[row.output] = response(n + i);
+        if (!model.limits.any()) continue;
+        const double shown = std::clamp(response(n + i), model.limits.low(i), model.limits.high(i));
+        if (shown == response(n + i)) continue;
+        std::fill_n(column, row.size, 0.0);
+        column[row.output] = shown;
       }
       for (Index i = 0; i < n; ++i) {
         double* state = &next(i, 0);

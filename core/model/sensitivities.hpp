@@ -50,8 +50,8 @@ struct SensitivityRow {
 using SensitivityBlock = std::function<void(Index first, Index count, std::vector<Matrix>& rows)>;
 
 /// Free run with sensitivities  s_{k+1} = (A + Bt df/dx) s_k + d(x_{k+1})/d(parameters), handed out block by block so
-/// that memory does not grow with N. Returns false if the run left the state guard (blocks seen so far are void).
-/// Cost O(N D (n + p) (n + q)) for D dynamic parameters.
+/// that memory does not grow with N. An output beyond its limit stands there, and no parameter moves it. Returns false
+/// if the run left the state guard (blocks seen so far are void). Cost O(N D (n + p) (n + q)) for D dynamic parameters.
 bool free_run_sensitivities(const NonlinearModel& model, ConstMatrixRef u, ConstVectorRef x0,
                             const SensitivityBlock& receive);
 

@@ -148,6 +148,7 @@ void choose_by_evidence(const JsonCursor& cursor, IdentifyConfig& config) {
   const auto given = [&](const char* field) { return pipeline && pipeline->has(field); };
   config.delivery.choose_direct_term = !given("direct_term");
   config.delivery.starts = config.options.starts;
+  config.delivery.cut_off_outputs = config.options.cut_off_outputs;
   // Eq. (17) needs q < p. With fewer outputs f can only be taken to enter as the inputs do.
   const PipelineOptions& options = config.delivery.pipeline;
   const bool too_few = options.nonlinearities >= static_cast<Index>(config.outputs.size());

@@ -55,6 +55,7 @@ ModelFile make_file(const IdentifyConfig& config, const Delivery& result) {
   file.u_offset = result.channels.u_offset;
   file.delay = result.channels.delay;
   file.y_scale = result.channels.y_scale;
+  file.limits = result.limits;
   file.model = result.model;
   file.states = result.states;
   file.config = config.effective;
@@ -95,7 +96,7 @@ ModelFile make_file(const IdentifyConfig& config, const Delivery& result) {
 /// The same channels with the linear model alone.
 ModelFile linear_file(const ModelFile& file, const Delivery& delivery) {
   ModelFile result = file;
-  result.model = without_map(delivery.linear);
+  result.model = without_map(delivery.linear, delivery.model.limits);
   result.states = delivery.linear_states;
   return result;
 }

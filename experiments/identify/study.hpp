@@ -17,6 +17,7 @@ struct IdentifyOptions {
   Index seed = 1;
   Index initial_state_samples = 0;
   Index starts = 0;
+  bool cut_off_outputs = true;
   double excitation_tolerance = 1e-12;
   template <class V>
   void fields(V&& visit) {
@@ -26,8 +27,11 @@ struct IdentifyOptions {
         "of a record that is not fitted, from which the free run's initial state is estimated; 0: three periods of the "
         "slowest mode, at least 100 and at most a quarter of the record");
     visit("starts", starts, Range{0, 1000}, "-",
-          "runs of the pipeline from different initial guesses, the best of which is compared; 0: up to 8 on short "
-          "records of low order, 1 from about 2000 fitted samples on");
+          "runs of the pipeline from different initial guesses, the best of which is compared; 0: up to 16 on short "
+          "records of low order, 1 from about 2200 fitted samples on");
+    visit("cut_off_outputs", cut_off_outputs,
+          "an output that stands at its highest or lowest value again and again was cut off there: the model gets that "
+          "limit, and is not fitted to what lies beyond");
     visit("excitation_tolerance", excitation_tolerance, Range{0, 1}, "-",
           "with $.subspace: singular value of the drive's block-Hankel matrix, relative to the largest, below which it "
           "counts as none");

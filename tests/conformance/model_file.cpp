@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <functional>
+#include <limits>
 
 #include "core/base/files.hpp"
 #include "core/base/random.hpp"
@@ -29,6 +30,11 @@ ModelFile sample_model(bool with_map = true) {
   const Matrix A = random.normal(kOrder, kOrder);
   file.model.linear = {0.8 / spectral_radius(A) * A, random.normal(kOrder, kInputs), random.normal(kOutputs, kOrder),
                        random.normal(kOutputs, kInputs), random.normal(kOutputs, 1)};
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  file.limits = {Vector::Constant(kOutputs, -infinity), Vector::Constant(kOutputs, infinity)};
+  file.limits.high(0) = 0.1 * file.y_scale(0);  // the drive takes it beyond
+  file.limits.low(1) = -1.0 / 3;
+  file.model.limits = over(file.limits, file.y_scale);
   const Index count = with_map ? kMaps : 0;
   file.model.Bt = 0.1 * random.normal(kOrder, count);
   file.model.Dt = random.normal(kOutputs, count);

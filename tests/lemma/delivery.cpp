@@ -85,6 +85,35 @@ TEST_CASE("a linear plant is delivered as its linear model, at the noise") {
   }
 }
 
+TEST_CASE("a record that was cut off gives the model of the whole one") {
+  const Setup setup;
+  for (std::uint64_t draw = 0; draw < 4; ++draw) {
+    Random random = numbers(4130 + draw);
+    const DelayedPlant plant =
+        drawn_plant({.pairs = 1, .outputs = 1, .period = 40 + 30 * random.uniform(), .longest_delay = 0}, random);
+    const Matrix u = random.normal(1, 2000), fresh = random.normal(1, 1000);
+    const Matrix clean = respond(plant, u);
+    Matrix y = clean + 0.01 * rms(clean).asDiagonal() * random.normal(1, 2000);
+    cut_off({Vector(-1.2 * rms(clean)), Vector(1.0 * rms(clean))}, y);
+    const auto error = [&](bool look) {
+      DeliveryOptions options = quick(0);
+      options.pipeline.order = 2;
+      options.cut_off_outputs = look;
+      Random guesses = numbers(4140);
+      Delivery result = deliver({record_of(u, y)}, options, setup.pieces, guesses);
+      CAPTURE(draw, result.message);
+      REQUIRE(result.status == Status::ok);
+      CHECK(result.limits.any() == look);
+      if (look) CHECK(result.limits.high(0) == y.maxCoeff());
+      result.model.limits = {};
+      return validated(result, fresh, respond(plant, fresh)).maxCoeff();
+    };
+    CAPTURE(draw);
+    CHECK(error(true) < 0.01);
+    CHECK(error(false) > 0.02);
+  }
+}
+
 TEST_CASE("what is delivered is held out no worse than the linear model and the best that does not fall behind it") {
   const Setup setup;
   for (std::uint64_t draw = 0; draw < 4; ++draw) {

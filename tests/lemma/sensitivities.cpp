@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "core/data/metrics.hpp"
 #include "core/identify/free_run_problem.hpp"
 #include "tests/support/systems.hpp"
 #include "variants/solver/levenberg_marquardt.hpp"
@@ -260,4 +261,52 @@ TEST_CASE("a stable A is left alone bit for bit, an unstable one keeps its stabl
     CHECK((poles.array() - expected).abs().minCoeff() < 1e-10);
   // A pole on the circle, or so close outside that its reflection is no better, goes to the limit.
   CHECK(spectral_radius(stabilised(Matrix::Identity(1, 1), 0.99)) == Approx(0.99));
+}
+
+TEST_CASE("a sample at a limit counts where the free run is inside, and the derivatives follow") {
+  for (std::uint64_t draw = 0; draw < 5; ++draw) {
+    CAPTURE(draw);
+    Case c = make_case(4110 + draw);
+    const Matrix whole = free_run(c.model, c.u, c.x0).y;
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    c.model.limits = {Vector::Constant(2, -infinity), Vector(0.7 * rms(whole))};
+    c.model.limits.low(1) = -0.5 * rms(whole)(1);
+    CHECK(free_run(c.model, c.u, c.x0).y == [&] {
+      Matrix y = whole;
+      cut_off(c.model.limits, y);
+      return y;
+    }());
+    Random random = numbers(4120 + draw);
+    Matrix y = whole + 0.05 * random.normal(2, c.u.cols());
+    cut_off(c.model.limits, y);
+    const auto problem = free_run_problem(c.model, c.u, y, Vector::Ones(2), 0);
+    const Vector theta = pack(c.model, c.x0);
+    Vector r(problem->residuals()), same(problem->residuals());
+    Matrix J(problem->residuals(), problem->parameters());
+    REQUIRE(problem->residual(theta, r));
+    REQUIRE(problem->jacobian(theta, same, J));
+    CHECK(relative_error(same, r) < 1e-12);
+    Index excused = 0;
+    for (Index k = 0; k < c.u.cols(); ++k)
+      for (Index i = 0; i < 2; ++i) {
+        const bool beyond = (y(i, k) == c.model.limits.high(i) && whole(i, k) > y(i, k)) ||
+                            (y(i, k) == c.model.limits.low(i) && whole(i, k) < y(i, k));
+        excused += beyond;
+        CHECK(r(2 * k + i) == Approx(beyond ? 0 : whole(i, k) - y(i, k)).margin(1e-12));
+      }
+    CHECK(excused > c.u.cols() / 10);
+    double cost = 0;
+    Vector gradient;
+    Matrix H;
+    REQUIRE(problem->normal_equations(theta, cost, gradient, H));
+    CHECK(cost == Approx(0.5 * r.squaredNorm()));
+    CHECK(relative_error(gradient, J.transpose() * r) < 1e-9);
+    // The cost has a derivative where the run crosses a limit, too.
+    const Vector direction = random.normal(theta.size(), 1).normalized();
+    double ahead = 0, behind = 0;
+    const double step = 1e-6;
+    REQUIRE(problem->cost(theta + step * direction, ahead));
+    REQUIRE(problem->cost(theta - step * direction, behind));
+    CHECK((ahead - behind) / (2 * step) == Approx(gradient.dot(direction)).epsilon(1e-4).margin(1e-5));
+  }
 }

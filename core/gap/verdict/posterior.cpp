@@ -120,7 +120,8 @@ RankedCandidate unranked(const FreedEvidence& freed, std::size_t index,
           true,
           freed.chi2,
           freed.prior_chi2,
-          -thresholds.occam * static_cast<double>(tolerances.size())};
+          -thresholds.occam * static_cast<double>(tolerances.size()) +
+              log_size_prior(freed.theta[freed.tolerance], thresholds) - log_size_prior(0, thresholds)};
 }
 
 void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Thresholds& thresholds) {
