@@ -167,7 +167,8 @@ TEST_CASE("a short record: the best of several starts is compared, and what is d
       CHECK(result.candidates.size() <= 3);  // linear, and one of each kind
       scores[starts > 1] = chosen.held_out_nrmse.array().log().mean();
     }
-    CHECK(starts_for(300, 2) == 8);
+    CHECK(starts_for(300, 2) == 16);
+    CHECK(starts_for(1000, 2) == 9);
     CHECK(starts_for(300, 20) == 1);
     CHECK(starts_for(100000, 2) == 1);
     CHECK(scores[1] <= scores[0]);  // the first start is the same
