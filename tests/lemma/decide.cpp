@@ -449,6 +449,21 @@ TEST_CASE("of parameters beside an effect the one that explains most is named, a
   CHECK(named(0.002, 8, 0.002, -8) == "none");
 }
 
+TEST_CASE("the motion of an element on a mass places a force there only if it explains much, or the leftovers agree") {
+  const auto place = [](double share, double leftover) {
+    Evidence evidence = evidence_with_gap(3);
+    evidence.places = {{"guide:body"_at, {}, 1}, {"suspension"_at, {}, leftover}, {"tyre"_at, {}, 20}};
+    evidence.motion = {{"guide:body"_at, {}, false, 0.9},
+                       {"guide:body"_at, "guide:body"_at, false, 0.2},
+                       {"guide:body"_at, "suspension"_at, true, share}};
+    return to_string(decide(evidence).named.front());
+  };
+  CHECK(place(0.27, 8) == "unknown@body");
+  CHECK(place(0.27, 1.2) == "unknown@suspension");
+  CHECK(place(0.8, 8) == "unknown@suspension");  // a force that is passed on to one end only
+  CHECK(place(0.1, 1.2) == "unknown@body");
+}
+
 TEST_CASE("an answer from a place that another signal explains better loses its name") {
   Evidence evidence = friction();
   evidence.singles[0] = single(evidence, "crosstalk", "sensor:travel", 0.15);

@@ -48,6 +48,8 @@ Place entry_of_motion(const Evidence& evidence, const Thresholds& thresholds, co
   double most = own_share;
   const auto weigh = [&](const MotionShare& motion) {
     const double share = motion.share;
+    // A small share does not outweigh that an unknown signal there leaves far more.
+    if (share < thresholds.read && leftover_ratio(evidence.places, motion.entry) > thresholds.elsewhere) return;
     if (!(share > most) ||
         !(share > own_share + thresholds.clearly || 1 - share < thresholds.remainder * (1 - own_share)))
       return;
