@@ -78,8 +78,7 @@ void excuse_beyond(const OutputLimits& limits, ConstMatrixRef y, MatrixRef error
   if (!limits.any()) return;
   for (Index k = 0; k < y.cols(); ++k)
     for (Index i = 0; i < y.rows(); ++i)
-      if ((y(i, k) >= limits.high(i) && error(i, k) > 0) || (y(i, k) <= limits.low(i) && error(i, k) < 0))
-        error(i, k) = 0;
+      if (lies_beyond(limits, i, y(i, k), error(i, k))) error(i, k) = 0;
 }
 
 }  // namespace wheelhop

@@ -30,6 +30,11 @@ OutputLimits over(const OutputLimits& limits, const Vector& scale);
 /// Cuts outputs off. @param y p x N
 void cut_off(const OutputLimits& limits, MatrixRef y);
 
+/// Whether output i was cut off in a sample y, and a run without limits, y + error, lies beyond.
+inline bool lies_beyond(const OutputLimits& limits, Index i, double y, double error) {
+  return (y >= limits.high(i) && error > 0) || (y <= limits.low(i) && error < 0);
+}
+
 /// Errors of a run without limits, 0 where the sample stands at a limit and the run lies beyond: of a Gaussian error
 /// the Tobit likelihood for one far above the noise (Tobin 1958, Econometrica 26, 24).
 /// @param y p x N, as measured   @param error p x N, run minus y

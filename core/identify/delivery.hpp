@@ -54,10 +54,9 @@ struct Delivery {
 Index starts_for(Index samples, Index order);
 
 /// Steps:
-/// 1. Offsets larger than the motion are taken out of inputs and outputs, all channels are scaled to unit RMS. An
-/// output
-///    that was cut off gives the models its limits: a sample there counts as an error only of a model that stays
-///    inside.
+/// 1. Offsets larger than the motion are taken out of inputs and outputs, all channels are scaled to unit RMS.
+///    An output that was cut off gives the models its limits: a sample there counts as an error only of a model that
+///    stays inside.
 /// 2. The first three quarters of every record are fitted, the rest is held out. Where the longest record is too short
 ///    for the pieces by then, nothing is held out.
 /// 3. Linear model, passes and refinement on the longest record's part (run_scaled_pipeline), from `starts` initial

@@ -125,9 +125,7 @@ class FreeRunProblem final : public ResidualProblem {
         const auto y = y_.row(i).segment(first + drop, count);
         scored.row(row.output) -= y;
         for (Index k = 0; k < count && limits_.any(); ++k)
-          if ((y(k) >= limits_.high(i) && scored(row.output, k) > 0) ||
-              (y(k) <= limits_.low(i) && scored(row.output, k) < 0))
-            scored.col(k).setZero();
+          if (lies_beyond(limits_, i, y(k), scored(row.output, k))) scored.col(k).setZero();
         receive(first + drop - skip_, i, scored);
       }
     });
