@@ -41,6 +41,7 @@ struct Record {
   Index line = 0;                         ///< of the file in which its first sample stands, from 1; 0: none
   std::vector<std::string> reading = {};  ///< what was done to the file to read it, a sentence each
   KnownStart start = {};
+  bool continues = false;  ///< begins where the record before it in the set ends, as a piece of the same file
 
   /// Samples [first, file_end()) of the file are in the signal.
   Index file_end() const { return first + (rows > 0 ? rows : signal.samples()); }

@@ -327,6 +327,8 @@ std::unique_ptr<Investigation> investigate(const Setting& setting, Base base, co
       (little() ? add_less_expected(search, setting.floor.colour, home, found->singles)
                 : add_best_expected(search, setting.floor.colour, *home, found->singles)))
     judge(setting, changes, *found);
+  if (is<Effects>(found->verdict) && add_rivals(search, *answer_of(*found), found->singles))
+    judge(setting, changes, *found);
   if (refine_singles(search, to_refine(*found, little()), found->singles)) judge(setting, changes, *found);
   if (is_place(found->verdict)) {
     evidence.motion = motion_shares(retuned.fit, setting.data.fitted, evidence.places, options.thresholds.elsewhere);

@@ -32,6 +32,7 @@ struct FitRecord {
   Vector quantum;                      ///< p, step of the lattice seen in the readings, 0: none; empty: not looked for
   KnownStart start = {};               ///< a fit finds the rest of the initial state
   std::vector<SlowChannel> slow = {};  ///< as of the signal
+  bool continues = false;  ///< begins where the record before it in a list ends, as a piece of the same file
   /// Variance that a fit expects of residuals in units of `weight_std`, the same in all records of a fit; 1: noise
   /// alone. Where every model leaves more, priors count by as much more: without it parameters bend around what no
   /// model of the class can do. McCullagh & Nelder, Generalized Linear Models, 1989, section 4.5.

@@ -55,6 +55,7 @@ RecordSet in_pieces(RecordSet set, Index samples) {
       piece.signal.y = whole.signal.y.middleCols(begin, end - begin);
       if (k > 0) piece.signal.skip = 0;
       if (k > 0) piece.start = {};
+      piece.continues = k > 0;
       piece.signal.slow = part_of(whole.signal.slow, begin, end - begin);
       piece.first += begin;
       piece.rows = end - begin;

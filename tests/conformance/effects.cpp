@@ -226,6 +226,23 @@ TEST_CASE("an unknown load is offered on each mass that does not turn, but where
   CHECK(offered(linear) == Places{"guide:body"_at, "guide:wheel"_at});
 }
 
+TEST_CASE("a spring that the plant does not know is offered beside a damper alone, and acts as its stiffness says") {
+  Case c = make_case(one_mass_text, 1);
+  const auto offered = [&] {
+    std::vector<EffectCandidate> list = effect_candidates(c.plant, c.operation);
+    std::erase_if(list, [](const EffectCandidate& own) { return own.label().effect != "added_stiffness"; });
+    return list;
+  };
+  CHECK(offered().empty());  // it has a spring
+  std::erase_if(c.plant.elements[0].laws, [](const Law& law) { return law.kind->name != "viscous_damper"; });
+  const std::vector<EffectCandidate> list = offered();
+  REQUIRE(list.size() == 1);
+  CHECK(list[0].location == part_place(c.plant.elements[0].name));
+  const double stiffness = get_parameter(list[0].plant, list[0].parameters.front().name);
+  CHECK(stiffness_at_rest(list[0].plant.elements[0]) == Approx(stiffness));
+  CHECK(stiffness == Approx(0.1 * c.operation.elements[0].force_rms_n / c.operation.elements[0].travel_rms_m));
+}
+
 TEST_CASE("a mount over a moving base and the columns of a frame are no tyres, what carries a wheel is one") {
   Random random = numbers(641);
   for (int trial = 0; trial < 20; ++trial) {

@@ -229,6 +229,15 @@ TEST_CASE("a second effect is named where the pair is needed and either alone is
   CHECK(decide(evidence).named.size() == 1);
   evidence.pairs = {pair(evidence, "coulomb_friction", "tyre_damping", "suspension", "tyre", 0.4)};
   CHECK(decide(evidence).named.size() == 2);
+  // Neither is named by a size that is another effect's.
+  for (std::size_t odd = 0; odd < 2; ++odd) {
+    evidence = two_effects();
+    evidence.pairs.resize(1);
+    evidence.pairs[0].effects[odd].defining = {{"gain", 170, 0.7, 1.3, 6}};
+    CHECK(decide(evidence).named.size() == 1);
+    evidence.pairs[0].effects[odd].defining = {{"gain", 1.2, 0.7, 1.3, 1}};
+    CHECK(decide(evidence).named.size() == 2);
+  }
 }
 
 TEST_CASE("pairs that differ in one effect share its probability, and one pair in either order counts once") {

@@ -83,3 +83,51 @@ TEST_CASE("the law that bends a motion beyond recognition is the first of the sc
     if (!wrong.screened.empty()) CHECK(wrong.screened.front().gain < found.screened.front().gain);
   }
 }
+
+TEST_CASE("another law that makes an answer's force along its motion is a rival of it, at the size that makes it",
+          "[slow]") {
+  Random random = numbers(6602);
+  Plant nominal = frame();
+  nominal.inputs[0].interpolation = "zoh";
+  const auto solver = make_levenberg_marquardt({});
+  const GapSolvers solvers{*solver, *solver, *solver};
+  const CandidateList candidates = effect_candidates;
+  const ForceScreenOptions options{.fits = 6, .share = 0.9, .fits_of_plant = 3};
+  for (int trial = 0; trial < 4; ++trial) {
+    const std::size_t element = trial % 2 == 0 ? 0 : 1;
+    const double cubic = std::pow(10, 7.6 + 0.5 * random.uniform());
+    Plant rig = nominal;
+    rig.elements[element].laws.push_back({find_law("polynomial_spring"), {0, 0, cubic}});
+    const RecordSet set = measured(rig, random);
+    const GapData data = gap_data(nominal, set, noise_floor(set), 0.5);
+    const Study study{nominal, data, solvers, candidates, tolerance_parameters(nominal)};
+    // The answer may have any law that makes the rig's force: here the rig's own.
+    const Study answered{rig, data, solvers, candidates, tolerance_parameters(rig)};
+    Hypothesis answer = fit_hypothesis(answered, rig, {});
+    REQUIRE(answer.fit.misfit < 1.1);
+    answer.fit.theta = Vector::Zero(static_cast<Index>(study.tolerances.size()));
+    const Place location = part_place(nominal.elements[element].name);
+    CAPTURE(location, cubic);
+    const auto rivals = [&](const Place& place, const std::function<bool(const EffectCandidate&)>& asked) {
+      return screen_rivals(study, answer.fit, answer.fit, place, asked, options);
+    };
+    const ForceScreened all = rivals(location, [](const EffectCandidate&) { return true; });
+    REQUIRE_FALSE(all.screened.empty());
+    const EffectCandidate& best = all.candidates[all.screened.front().candidate];
+    CHECK(name_of(best) == EffectAt{"spring_nonlinearity", location});
+    CHECK(best.label().form == "polynomial");
+    CHECK(all.screened.front().gain > 0.999);
+    CHECK(get_parameter(best.plant, location.name + ".polynomial_spring.coefficients_3") ==
+          Approx(cubic).epsilon(0.02));
+    // What may not be one is none, and no dissipative law makes an elastic force.
+    const ForceScreened others =
+        rivals(location, [](const EffectCandidate& own) { return own.label().effect != "spring_nonlinearity"; });
+    for (const Screened& own : others.screened) {
+      CHECK(own.gain > options.share);
+      CHECK(others.candidates[own.candidate].label().effect == "bump_stop");
+    }
+    // Where the answer has no effect there is nothing to be mistaken.
+    const Place elsewhere = part_place(nominal.elements[1 - element].name);
+    CHECK(rivals(elsewhere, [](const EffectCandidate&) { return true; }).screened.empty());
+  }
+}

@@ -32,6 +32,7 @@ std::shared_ptr<const Effect> make_clock_skew(const EffectOptions&);
 std::shared_ptr<const Effect> make_crosstalk(const EffectOptions&);
 std::shared_ptr<const Effect> make_quantisation(const EffectOptions&);
 std::shared_ptr<const Effect> make_added_damping(const EffectOptions&);
+std::shared_ptr<const Effect> make_added_stiffness(const EffectOptions&);
 std::shared_ptr<const Effect> make_added_mode(const EffectOptions&);
 std::shared_ptr<const Effect> make_inertance(const EffectOptions&);
 std::shared_ptr<const Effect> make_static_offset(const EffectOptions&);

@@ -2,6 +2,14 @@
 
 namespace wheelhop {
 
+namespace {
+
+/// Deviations of a gain from one that calibration leaves: of nine in ten. What is off by more than itself has a wrong
+/// unit or sign, or something else is wrong.
+constexpr double kLeastDeviation = 0.003, kMostDeviation = 0.3;
+
+}  // namespace
+
 std::shared_ptr<const Effect> make_gain_error(const EffectOptions&) {
   return effect_family("gain_error", [](const Plant& plant, const Operation&, std::vector<EffectCandidate>& list) {
     for (const PlantInput& input : plant.inputs) {
@@ -9,6 +17,7 @@ std::shared_ptr<const Effect> make_gain_error(const EffectOptions&) {
       list.push_back(with_path(plant, "gain_error", actuator_of(plant, input), "gain", {{path + ".gain", 1.02, 0.02}}));
       list.back().ideal = 1;
       list.back().either_sign = true;
+      defined_by(list.back(), "gain", kLeastDeviation, kMostDeviation);
     }
     for (const Sensor& sensor : plant.sensors) {
       const Place at = sensor_place(sensor.name);
@@ -16,6 +25,7 @@ std::shared_ptr<const Effect> make_gain_error(const EffectOptions&) {
       list.push_back(with_path(plant, "gain_error", at, "gain", {{place + ".gain", 1.02, 0.02}}));
       list.back().ideal = 1;
       list.back().either_sign = true;
+      defined_by(list.back(), "gain", kLeastDeviation, kMostDeviation);
     }
   });
 }

@@ -59,6 +59,8 @@ const std::vector<Entry<EffectPiece>>& effect_table() {
                                                                   "readings rounded to steps that matter"),
        table_entry<EffectPiece, EffectOptions, make_added_damping>("added_damping", "guides, hoses, open dampers",
                                                                    "a damper that the plant does not know"),
+       table_entry<EffectPiece, EffectOptions, make_added_stiffness>(
+           "added_stiffness", "gas of a damper, bellows, hoses", "a spring that the plant does not know"),
        table_entry<EffectPiece, EffectOptions, make_added_mode>("added_mode", "seats, engines, top mounts: 4 to 60 Hz",
                                                                 "a mass on a spring that the plant does not know"),
        table_entry<EffectPiece, EffectOptions, make_inertance>("inertance", "M. C. Smith 2002; hydraulic mounts",

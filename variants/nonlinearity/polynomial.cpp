@@ -6,6 +6,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/base/status.hpp"
+
 namespace wheelhop {
 namespace {
 

@@ -190,6 +190,7 @@ std::vector<Measured> merge_repeats(const RecordSet& set) {
     measured.signal.skip = skip_of(group);
     for (Index i = 0; i < measured.quantum.size(); ++i) measured.quantum(i) = lattice_step(first.signal.y.row(i));
     measured.start = first.start;
+    measured.continues = first.continues;
     merged.push_back(std::move(measured));
   }
   return merged;

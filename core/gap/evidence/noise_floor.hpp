@@ -39,6 +39,7 @@ struct Measured {
   Index repeats = 1;  ///< the noise of the mean is floor / sqrt(repeats)
   Vector quantum;     ///< p, step of the lattice on which a single record's values lie; 0: none seen
   KnownStart start = {};
+  bool continues = false;  ///< as of the first of them
 };
 
 /// The records of a set that have one drive, in whatever role: those of one `repeat_of`, and those of one length

@@ -75,6 +75,7 @@ GapData gap_data(const Plant& plant, const RecordSet& set, const NoiseFloor& flo
     FitRecord record = fit_record(plant, measured.signal, floor.std / std::sqrt(static_cast<double>(measured.repeats)));
     record.quantum = measured.quantum;
     record.start = measured.start;
+    record.continues = measured.continues;
     known_states(plant, record.start, Vector::Zero(2 * plant.mass_count()));  // refuses other names than the plant's
     // Its own initial state and the plant's parameters.
     const Index unknown = static_cast<Index>(tolerance_parameters(plant).size()) + 2 * plant.mass_count();

@@ -170,6 +170,14 @@ std::map<EffectAt, double> probabilities_in_sets(const Case& c, const Level& lev
   return told;
 }
 
+/// "NAME 0.13, usually 0.001 to 0.03" of a size that its name does not stand for, or nothing.
+std::string odd_size(const Case& c, const EffectEvidence& effect) {
+  for (const DefiningSize& size : effect.defining)
+    if (size.z > c.thresholds.odd_size)
+      return fmt::format("{} {:.2g}, usually {:g} to {:g}", size.parameter, size.value, size.low, size.high);
+  return "";
+}
+
 /// The best set of one effect more, if it leaves less.
 std::optional<Level> grown(const Case& c, const CandidateEvidence& before) {
   const Evidence& e = c.evidence;
@@ -194,7 +202,10 @@ std::optional<Level> grown(const Case& c, const CandidateEvidence& before) {
     return {};
   // Where the error of a form enters, another effect is no more than a better form, unless it is of the other kind.
   if (!differs_in_kind(set, last) && within_form(e, before, c.thresholds)) return {};
-  level.needed = effect_needed(e, set, last, before.chi2, c.thresholds);
+  // No effect of a set is named by a size that is not its own.
+  level.needed = effect_needed(e, set, last, before.chi2, c.thresholds) &&
+                 std::all_of(set.effects.begin(), set.effects.end(),
+                             [&](const EffectEvidence& effect) { return odd_size(c, effect).empty(); });
   for (std::size_t i = 0; i <= last; ++i) {
     const double without = last == 1                     ? set.alone_chi2[1 - i]
                            : i < set.without_chi2.size() ? set.without_chi2[i]
@@ -279,14 +290,6 @@ void calibrate(const Case& c, Verdict& verdict) {
     before = std::max(before, p);
     after = std::max(after, suspect.probability);
   }
-}
-
-/// "NAME 0.13, usually 0.001 to 0.03" of a size that its name does not stand for, or nothing.
-std::string odd_size(const Case& c, const EffectEvidence& effect) {
-  for (const DefiningSize& size : effect.defining)
-    if (size.z > c.thresholds.odd_size)
-      return fmt::format("{} {:.2g}, usually {:g} to {:g}", size.parameter, size.value, size.low, size.high);
-  return "";
 }
 
 /// Takes from the probabilities what the answer leaves unexplained. One that explains too little, from the wrong place

@@ -24,7 +24,7 @@ std::string fault_message(const std::vector<InstrumentFault>& faults) {
     else
       list += fmt::format("every channel reads {:.3g} times what the plant makes of the drive", fault.value);
   }
-  return units ? list + ": check unit and sign" : list;
+  return units ? list + ": check unit and sign, and whether the plant holds all that acts there" : list;
 }
 
 bool faults_explain(double chi2_without, double chi2_with, double samples, double colour, bool turned,

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/plant/dataset.hpp"
+
 namespace wheelhop {
 namespace {
 
@@ -13,6 +15,8 @@ constexpr double kWorseHeldOut = 1.5;
 constexpr double kWorseByChance = 5;
 // A judgement: the fit of all records begins at the solution of some of them, and needs few iterations.
 constexpr Index kJointIterations = 6;
+// A judgement: misfit of a fitted record over the least of all, from which its initial state may be what is wrong.
+constexpr double kStuck = 4;
 
 /// True where the held-out records fit so much worse than the fitted ones that what the fit does not know of its
 /// parameters may be the reason.
@@ -58,27 +62,86 @@ void weigh_held_out(const Study& study, Hypothesis& hypothesis) {
   hypothesis.prior_chi2 = prior;
 }
 
+/// Misfit of each record of a fit.
+std::vector<double> misfits_of(const PlantFit& fit, const std::vector<FitRecord>& records) {
+  std::vector<double> list;
+  for (std::size_t i = 0; i < fit.error.size(); ++i) {
+    const Matrix r = records[i].weight_std.cwiseInverse().asDiagonal() *
+                     fit.error[i].rightCols(fit.error[i].cols() - records[i].skip);
+    list.push_back(r.squaredNorm() / static_cast<double>(r.size()));
+  }
+  return list;
+}
+
+/// Misfit of a fitted record from which its initial state may be what is wrong.
+double stuck_from(const std::vector<double>& misfits) {
+  return kStuck * std::max(*std::min_element(misfits.begin(), misfits.end()), 1.0);
+}
+
+/// Rest in equilibrium, of each record.
+std::vector<InitialState> at_rest(const PlantFit& fit) {
+  const Index states = fit.state_scale.size();
+  std::vector<InitialState> list;
+  for (std::size_t i = 0; i < fit.initial_states.size(); ++i)
+    list.emplace_back(
+        Vector(fit.states_at_rest.segment(states * static_cast<Index>(i), states).cwiseProduct(fit.state_scale)));
+  return list;
+}
+
+/// Of records that leave more than `most` and begin where another one ends, the state in which the plant arrives there;
+/// of the others what the fit found. None where no record is such a one. In the play of a joint nothing leads a fit of
+/// an initial state back from the wrong side.
+std::vector<InitialState> continued(const PlantFit& fit, const std::vector<FitRecord>& records, double most) {
+  const std::vector<double> misfits = misfits_of(fit, records);
+  std::vector<InitialState> list = fit.initial_states;
+  bool found = false;
+  for (std::size_t i = 1; i < misfits.size(); ++i) {
+    if (!records[i].continues || !(misfits[i] > most)) continue;
+    const FitRecord& earlier = records[i - 1];
+    const Simulation before = simulate_measured(fit.plant, earlier.drive, run_options(fit.plant, earlier, list[i - 1]));
+    if (before.status != Status::ok) continue;
+    const Index n = fit.plant.mass_count();
+    const double step_s = static_cast<double>(earlier.ratio) / fit.plant.hold_hz();
+    Vector motion = before.states.rightCols(1).col(0).head(2 * n);
+    motion.head(n) += step_s * motion.tail(n);  // one sample further
+    list[i] = InitialState(std::move(motion));
+    found = true;
+  }
+  if (!found) list.clear();
+  return list;
+}
+
+/// A fit once more from other initial states, which replaces it where it leaves less. Nothing to do for none.
+/// @param options of the fit
+void try_states(const Plant& start, const std::vector<FitParameter>& parameters, const std::vector<FitRecord>& records,
+                const Solver& solver, FitOptions options, std::vector<InitialState> states, PlantFit& fit) {
+  if (states.empty()) return;
+  PlantFit from = states_of(fit);
+  from.initial_states = std::move(states);
+  options.from = &from;
+  options.theta = fit.theta;
+  PlantFit other = fit_plant(start, parameters, records, solver, options);
+  if (!other.error.empty() && other.solution.cost < fit.solution.cost) fit = std::move(other);
+}
+
 }  // namespace
 
 bool fit_quickly(const Study& study, const Solver& solver, const FitOptions& fitted, const FitOptions& held_out,
                  Hypothesis& hypothesis) {
-  hypothesis.fit = fit_plant(hypothesis.start, hypothesis.parameters, study.data.fitted, solver, fitted);
-  if (hypothesis.fit.error.empty()) return false;
-  hypothesis.held_out = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, held_out);
-  // Where another plant began may lie too far away: from rest once more.
-  if (held_out.from != nullptr && hypothesis.held_out.misfit > kWorseHeldOut * std::max(hypothesis.fit.misfit, 1.0)) {
-    PlantFit rest;
-    rest.state_scale = held_out.from->state_scale;
-    rest.states_at_rest = held_out.from->states_at_rest;
-    const Index states = rest.state_scale.size();
-    for (std::size_t i = 0; i < held_out.from->initial_states.size(); ++i)
-      rest.initial_states.push_back(
-          Vector(rest.states_at_rest.segment(states * static_cast<Index>(i), states).cwiseProduct(rest.state_scale)));
-    FitOptions at_rest = held_out;
-    at_rest.from = &rest;
-    PlantFit other = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, at_rest);
-    if (!other.error.empty() && other.misfit < hypothesis.held_out.misfit) hypothesis.held_out = std::move(other);
-  }
+  PlantFit& fit = hypothesis.fit;
+  PlantFit& apart = hypothesis.held_out;
+  fit = fit_plant(hypothesis.start, hypothesis.parameters, study.data.fitted, solver, fitted);
+  if (fit.error.empty()) return false;
+  try_states(hypothesis.start, hypothesis.parameters, study.data.fitted, solver, fitted,
+             continued(fit, study.data.fitted, stuck_from(misfits_of(fit, study.data.fitted))), fit);
+  apart = fit_plant(fit.plant, {}, study.data.held_out, solver, held_out);
+  // Where another plant began may lie too far away: from rest once more, and from where the plant arrives.
+  const double most = kWorseHeldOut * std::max(fit.misfit, 1.0);
+  if (held_out.from != nullptr && !apart.error.empty() && apart.misfit > most)
+    try_states(fit.plant, {}, study.data.held_out, solver, held_out, at_rest(apart), apart);
+  if (!apart.error.empty() && apart.misfit > most)
+    try_states(fit.plant, {}, study.data.held_out, solver, held_out, continued(apart, study.data.held_out, most),
+               apart);
   if (hypothesis.held_out.error.empty() || !std::isfinite(hypothesis.held_out.misfit)) {
     hypothesis.stage = {};
     hypothesis.stage.misfit = hypothesis.chi2 = std::numeric_limits<double>::infinity();

@@ -28,7 +28,8 @@ struct SearchEffort {
   Index sized_by_force = 6;   ///< laws whose sizes are fitted to it
   Index fits_by_force = 3;    ///< quick fits of the whole plant with those that make most of it
   double made_by_law = 0.5;   ///< share of it that a law makes, from which it is fitted
-  double made_whole = 0.9;    ///< and from which no other place is asked
+  double made_whole = 0.9;    ///< and from which no other place is asked; likewise of the force that an answer's
+                              ///< element makes, from which another law is a rival
   Index fits_at_home = 3;     ///< quick fits of those that are expected most of around the plant as delivered
   Index finished = 4;         ///< of these, the best that are fitted on to the end
   double freeing_z = 2;       ///< z of a parameter from which parameters are fitted without their tolerances
@@ -145,6 +146,11 @@ bool add_less_expected(const Search& search, double colour, const PlantFit* arou
 /// @param places ascending by leftover; none (where one channel alone was measured): all elements
 /// @param singles, return as above
 bool add_by_force(const Search& search, const std::vector<PlaceLeftover>& places, Candidates& singles);
+
+/// Fits other laws that make the force of an answer's elements, see `screen_rivals`: an answer is named beside those
+/// that it can be mistaken for.
+/// @param answer a fit with effects   @param singles, return as above
+bool add_rivals(const Search& search, const Hypothesis& answer, Candidates& singles);
 
 /// Fits those few that the screen around another plant expects most of.
 /// @param singles, return as above

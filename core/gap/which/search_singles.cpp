@@ -64,8 +64,10 @@ std::vector<DefiningSize> defining_sizes(const Label& label, const Plant& fitted
   for (const Plausible& plausible : label.plausible) {
     if (!plausible.defining) continue;
     const double value = get_parameter(fitted, plausible.parameter);
-    list.push_back(
-        {shown_name(fitted, plausible.parameter), value, plausible.low, plausible.high, plausible.deviation(value)});
+    const bool about = plausible.ideal != 0;  // low and high are of what it deviates
+    list.push_back({shown_name(fitted, plausible.parameter), value,
+                    about ? plausible.ideal - plausible.high : plausible.low, plausible.ideal + plausible.high,
+                    plausible.deviation(value)});
   }
   return list;
 }
@@ -218,6 +220,29 @@ bool add_by_force(const Search& search, const std::vector<PlaceLeftover>& places
     std::vector<Hypothesis> fits = fit_shortlist(search.study, search.retuned, found.candidates, found.screened);
     std::move(fits.begin(), fits.end(), std::back_inserter(more));
     if (!found.screened.empty() && found.screened.front().gain > search.effort.made_whole) break;
+  }
+  return add_singles(search, std::move(more), singles);
+}
+
+bool add_rivals(const Search& search, const Hypothesis& answer, Candidates& singles) {
+  std::vector<Place> asked;
+  std::vector<Hypothesis> more;
+  for (const EffectCandidate& effect : answer.effects) {
+    const Place& location = effect.location;
+    if (is_path(location) || std::find(asked.begin(), asked.end(), location) != asked.end()) continue;
+    asked.push_back(location);
+    const auto rival = [&](const EffectCandidate& candidate) {
+      return std::none_of(answer.effects.begin(), answer.effects.end(),
+                          [&](const EffectCandidate& own) { return name_of(own) == name_of(candidate); }) &&
+             std::none_of(singles.fits.begin(), singles.fits.end(),
+                          [&](const Hypothesis& fitted) { return same_form(fitted.effects.back(), candidate); });
+    };
+    const ForceScreened found =
+        screen_rivals(search.study, answer.fit, search.retuned.fit, location, rival,
+                      {static_cast<std::size_t>(search.effort.sized_by_force), search.effort.made_whole,
+                       static_cast<std::size_t>(search.effort.fits_by_force)});
+    std::vector<Hypothesis> fits = fit_shortlist(search.study, search.retuned, found.candidates, found.screened);
+    std::move(fits.begin(), fits.end(), std::back_inserter(more));
   }
   return add_singles(search, std::move(more), singles);
 }
