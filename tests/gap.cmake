@@ -14,6 +14,7 @@ wheelhop_tests(gap wheelhop_gap wheelhop_variants
   lemma/closure.cpp
   lemma/pieces.cpp
   lemma/force_screen.cpp
+  lemma/tone.cpp
   lemma/ceiling.cpp
   conformance/effect_forms.cpp
   conformance/effects.cpp

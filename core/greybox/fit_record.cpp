@@ -138,6 +138,23 @@ FitRecord fit_record(const Plant& plant, const Signal& signal, ConstVectorRef we
   return record;
 }
 
+void add_silent_drive(Plant& plant, RecordSet& set) {
+  if (!plant.inputs.empty() || plant.masses.empty()) return;
+  PlantInput silent;
+  silent.name = "none";
+  silent.kind = InputKind::force;
+  silent.unit = turns(plant, plant.masses.front().name) ? "N m" : "N";
+  silent.from = "ground";
+  silent.to = plant.masses.front().name;
+  silent.held = false;
+  silent.silent = true;
+  plant.inputs = {silent};
+  for (Record& record : set.records) {
+    record.signal.inputs = {{silent.name, silent.unit}};
+    record.signal.u = Matrix::Zero(1, record.signal.y.cols());
+  }
+}
+
 Plant with_drive_rate(Plant plant, const RecordSet& set) {
   if (plant.held() || set.records.empty()) return plant;
   const auto sample_at = [&](Index ratio) {

@@ -22,6 +22,10 @@ inline constexpr Index kUnsureEnds = 16;
 /// Most samples of such a drive in one sample of a record: a judgement, a bound on the time.
 inline constexpr Index kMostDriveRatio = 32;
 
+/// Gives a plant without inputs and its records a drive that does nothing: a force of zero on the first mass, `silent`.
+/// Nothing to do for a plant with inputs.
+void add_silent_drive(Plant& plant, RecordSet& set);
+
 /// A record made ready for thousands of simulations.
 struct FitRecord {
   Matrix drive;                        ///< m x N * ratio, at the plant's hold rate

@@ -346,7 +346,7 @@ Plant parse_plant(const JsonCursor& cursor) {
     for (const JsonCursor& item : list->items()) plant.masses.push_back(read_mass(item, places));
   if (auto list = cursor.find("points"))
     for (const JsonCursor& item : list->items()) plant.points.push_back(read_point(item, plant, places));
-  for (const JsonCursor& item : read_list(cursor, "inputs", "input"))
+  for (const JsonCursor& item : cursor.at("inputs").items())
     plant.inputs.push_back(read_input(item, plant, places, channels));
   if (auto list = cursor.find("elements"))
     for (const JsonCursor& item : list->items()) plant.elements.push_back(read_element(item, plant, places));
@@ -401,6 +401,7 @@ Json to_json(const Plant& plant) {
   }
   out["inputs"] = Json::array();
   for (const PlantInput& input : plant.inputs) {
+    if (input.silent) continue;
     Json item = {{"name", input.name}, {"kind", kind_name(input.kind, input.unit, kInputKinds)}, {"unit", input.unit}};
     if (input.kind == InputKind::force) write_place(item, "on", plant, input.from, input.to);
     if (input.kind == InputKind::schedule) item["range"] = {input.range.low, input.range.high};

@@ -58,6 +58,9 @@ struct PlantInput {
   /// Element in which a force acts, as a law of it would: its force sensors read -u beside its laws. Empty: beside the
   /// elements. Not in plant files; for a force that stands for an unknown law.
   std::string inside = {};
+  /// Of a plant without drives, as in a free decay: a force that is always zero, of which there are no readings. Not in
+  /// plant files.
+  bool silent = false;
   Range range = {};  ///< of a schedule: the values that it may take, between which all laws are inside their own ranges
 
   bool moves() const { return kind != InputKind::schedule; }  ///< the plant; a schedule moves nothing itself

@@ -108,8 +108,9 @@ int run_diagnose(const DiagnoseRequest& request) {
   if (!request.report.empty())
     uses.writes("--report", request.report).writes("the figures' data beside --out", figures_beside(request.out));
   uses.check();
-  Plant plant = load_acting_plant(request.plant);
+  Plant plant = load_plant_of_records(request.plant);
   RecordSet set = load_records(request.records, plant.input_channels(), plant.output_channels());
+  add_silent_drive(plant, set);
   require_sound_records(set, request.records);
   bridge_spikes(set);
   find_slow_channels(set);

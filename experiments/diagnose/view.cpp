@@ -255,6 +255,9 @@ ViewTable kind_table(const Plant& plant, const Examination& examination) {
                                          share_text(own.lines.even), digits(own.lines.period_s)));
   else
     add("Linear, odd, even", "cannot be told: " + own.lines.why_not);
+  if (own.tone.seen && has_gap(own.profile))
+    add("One tone", fmt::format("{} of the error of {} at {:.4g} Hz, which no drive has: hum, or something that turns",
+                                share_text(own.tone.share), own.tone.channel, own.tone.frequency_hz));
   for (const RegionShare& region : standing_out(own.profile)) {
     std::string variable = region.variable;
     std::replace(variable.begin(), variable.end(), '.', ' ');

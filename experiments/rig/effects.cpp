@@ -22,9 +22,10 @@ const std::vector<EffectKind>& effect_kinds(Family family) {
   static const std::vector<EffectKind> catalogue =
       joined({strut_kinds(), damper_kinds(), tyre_kinds(), mass_kinds(), drive_kinds(), sensor_kinds(),
               textbook_kinds(), textbook_path_kinds()});
-  static const std::vector<EffectKind> unknown = joined({unknown_strut_kinds(), unknown_mass_kinds()});
+  static const std::vector<EffectKind> unknown =
+      joined({unknown_strut_kinds(), unknown_mass_kinds(), unknown_ground_kinds()});
   static const std::vector<EffectKind> parameter = parameter_kinds();
-  static const std::vector<EffectKind> added = joined({added_plant_kinds(), added_path_kinds()});
+  static const std::vector<EffectKind> added = joined({added_plant_kinds(), added_path_kinds(), added_ground_kinds()});
   switch (family) {
     case Family::catalogue: return catalogue;
     case Family::unknown: return unknown;

@@ -83,9 +83,11 @@ std::vector<EffectKind> textbook_kinds();
 std::vector<EffectKind> textbook_path_kinds();
 std::vector<EffectKind> unknown_strut_kinds();
 std::vector<EffectKind> unknown_mass_kinds();
+std::vector<EffectKind> unknown_ground_kinds();
 std::vector<EffectKind> parameter_kinds();
 std::vector<EffectKind> added_plant_kinds();
 std::vector<EffectKind> added_path_kinds();
+std::vector<EffectKind> added_ground_kinds();
 
 std::vector<std::string> struts(const Plan& plan);          ///< elements with spring and damper away from the drive
 std::vector<std::string> driven_springs(const Plan& plan);  ///< elements at a displacement input: tyres

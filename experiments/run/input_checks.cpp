@@ -72,6 +72,8 @@ bool share_samples(const Record& a, const Record& b, const fs::path& folder) {
 }  // namespace
 
 Plant require_acting_inputs(Plant plant, const std::string& where) {
+  if (plant.inputs.empty())
+    throw UserError(fmt::format("{}.inputs: expected at least one input, found an array of 0", where));
   for (std::size_t i = 0; i < plant.inputs.size(); ++i) {
     const PlantInput& input = plant.inputs[i];
     const bool touched = std::any_of(plant.elements.begin(), plant.elements.end(), [&](const Element& element) {
@@ -93,6 +95,11 @@ Plant require_acting_inputs(Plant plant, const std::string& where) {
           where, i, input.name));
   }
   return plant;
+}
+
+Plant load_plant_of_records(const fs::path& file) {
+  Plant plant = load_plant(file);
+  return plant.inputs.empty() ? plant : require_acting_inputs(std::move(plant), file.string() + ": $");
 }
 
 Plant load_acting_plant(const fs::path& file) { return require_acting_inputs(load_plant(file), file.string() + ": $"); }

@@ -11,11 +11,13 @@
 
 namespace wheelhop {
 
-/// The plant, if every displacement input has an element at it: one without could move nothing.
+/// The plant, if it has inputs, and every displacement input an element at it: one without could move nothing.
 /// UserError "WHERE.inputs[0]: ..." otherwise. @param where file and JSON path of the plant
 Plant require_acting_inputs(Plant plant, const std::string& where);
 
-/// A plant file, with that check.
+/// A plant file, with that check. Of a rig that was left to itself, as in a free decay, it may have no inputs.
+Plant load_plant_of_records(const std::filesystem::path& file);
+/// The same, of a plant that is driven.
 Plant load_acting_plant(const std::filesystem::path& file);
 
 /// A record set that can be computed with. UserError with file and JSON path for

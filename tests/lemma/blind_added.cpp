@@ -204,3 +204,34 @@ TEST_CASE("a recorder of too long an interval reads the same motion later and la
     CHECK(ppm * 1e-6 <= formed.largest);
   }
 }
+
+TEST_CASE("laws against the ground have a name but for drag on what a tyre carries, and act against the motion there") {
+  const blind::Plan plan = read_plant_text(test::quarter_car_text);
+  const auto places = [&](blind::Family family, const std::string& form) {
+    for (const auto& kind : blind::effect_kinds(family))
+      if (kind.form == form) return kind.places(plan);
+    FAIL("no form " << form);
+    return std::vector<std::string>{};
+  };
+  using Names = std::vector<std::string>;
+  CHECK(places(blind::Family::added, "drag of the air on a mass") == Names{"guide:body"});
+  CHECK(places(blind::Family::added, "contact with a third body") == Names{"guide:body", "guide:wheel"});
+  CHECK(places(blind::Family::unknown, "drag in proportion to speed squared") == Names{"wheel"});
+  for (const std::string form : {"drag of the air on a mass", "contact with a third body"}) {
+    const auto formed = formed_at(plan, form, "guide:body");
+    const blind::TrueEffect effect = formed.at_size(formed.largest);
+    CHECK(added_kind(form).effect == (form.starts_with("drag") ? "damper_nonlinearity" : "bump_stop"));
+    REQUIRE(effect.mounts.size() == 1);
+    CHECK(effect.mounts.front().on_mass);
+    const auto attachment = effect.mounts.front().make();
+    double pushed = 0;
+    for (const double x : {-1.0, 0.0, 1.0})
+      for (const double v : {-1.0, 0.0, 1.0}) {
+        blind::Forces forces;
+        attachment->act(0, x, v, nullptr, nullptr, forces);
+        CHECK(forces.extra * (form.starts_with("drag") ? v : x) <= 0);
+        pushed = std::max(pushed, std::abs(forces.extra));
+      }
+    CHECK(pushed > 0);
+  }
+}

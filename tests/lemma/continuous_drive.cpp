@@ -205,3 +205,38 @@ TEST_CASE("a force that is known as long as a record is compared acts there alon
     }
   }
 }
+
+TEST_CASE("a plant without inputs moves as one whose drive is always zero, and stays without them in its file") {
+  Json text = Json::parse(one_mass_text);
+  text["inputs"] = Json::array();
+  Random random = numbers(6421);
+  for (int trial = 0; trial < 5; ++trial) {
+    Plant left = plant_from(text.dump());
+    REQUIRE(left.inputs.empty());
+    Plant driven = plant_from(one_mass_text);
+    RecordSet set;
+    set.sampling_hz = 100;
+    Record record;
+    record.role = "estimation";
+    record.signal.u = Matrix(0, 200);
+    record.signal.y = random.normal(left.sensor_count(), 200);
+    record.signal.sample_time_s = 0.01;
+    set.records = {record};
+    RecordSet known = set;
+    known.records[0].signal.u = Matrix::Zero(1, 200);
+    add_silent_drive(left, set);
+    REQUIRE(set.records[0].signal.u.rows() == 1);
+    add_silent_drive(driven, known);  // it has a drive
+    REQUIRE(driven.inputs.size() == 1);
+    left = with_drive_rate(left, set);
+    const InitialState start(Vector(0.01 * random.normal(2, 1)));
+    const auto residual = [&](const Plant& plant, const RecordSet& records) {
+      Vector r;
+      const FitRecord own = fit_record(plant, records.records[0].signal, Vector::Ones(plant.sensor_count()));
+      REQUIRE(plant_residual(plant, {own}, {start}, r));
+      return r;
+    };
+    CHECK((residual(left, set) - residual(driven, known)).norm() < 1e-6 * residual(driven, known).norm());
+    CHECK(to_json(left).at("inputs").empty());
+  }
+}

@@ -473,6 +473,21 @@ TEST_CASE("the motion of an element on a mass places a force there only if it ex
   CHECK(place(0.1, 1.2) == "unknown@body");
 }
 
+TEST_CASE("what the travel of a tyre hardly explains is its law only where the wheel's motion explains clearly less") {
+  const auto place = [](double tyre, double wheel) {
+    Evidence evidence = evidence_with_gap(3);
+    evidence.places = {{"tyre"_at, {"actuator"_at, "guide:wheel"_at}, 1}, {"suspension"_at, {}, 9}};
+    evidence.motion = {{"tyre"_at, {}, false, std::max(tyre, wheel)},
+                       {"tyre"_at, "tyre"_at, false, tyre},
+                       {"tyre"_at, "guide:wheel"_at, false, wheel}};
+    return to_string(decide(evidence).named.front());
+  };
+  CHECK(place(0.8, 0.6) == "unknown@tyre");
+  CHECK(place(0.27, 0.09) == "unknown@tyre");
+  CHECK(place(0.27, 0.25) == "unknown@wheel");
+  CHECK(place(0.1, 0.8) == "unknown@wheel");
+}
+
 TEST_CASE("an answer from a place that another signal explains better loses its name") {
   Evidence evidence = friction();
   evidence.singles[0] = single(evidence, "crosstalk", "sensor:travel", 0.15);

@@ -58,6 +58,7 @@ Examination examine(const std::array<Plant, 3>& plants, const RecordSet& set, co
     stage.repeats = repeatability(stage.fit, out.records, floor);
     stage.drift = drift(stage.fit, out.records, block);
     stage.lines = line_split(stage.fit, whole);
+    stage.tone = tone_of(stage.fit, out.records);
   });
   const auto reconstruct = [&] {
     if (place.empty()) return;

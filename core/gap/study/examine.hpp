@@ -11,6 +11,7 @@
 #include "core/gap/evidence/envelope.hpp"
 #include "core/gap/evidence/profile.hpp"
 #include "core/gap/evidence/split.hpp"
+#include "core/gap/evidence/tone.hpp"
 #include "core/gap/study/ceiling.hpp"
 #include "core/gap/where/locate.hpp"
 
@@ -24,6 +25,7 @@ struct StageExamination {
   Repeatability repeats;
   Drift drift;
   LineSplit lines;
+  Tone tone;
 };
 
 inline constexpr std::array<const char*, 3> kStageNames = {"as_delivered", "retuned", "with_effect"};

@@ -58,12 +58,18 @@ Place entry_of_motion(const Evidence& evidence, const Thresholds& thresholds, co
   };
   for (const MotionShare& motion : evidence.motion)
     if (!motion.entry.empty() && !motion.attached) weigh(motion);
-  // What the travel of an element hardly explains is not its law; something on the mass moves by itself there.
+  // What the travel of an element hardly explains is not its law; something on the mass moves by itself there, unless
+  // the mass's motion explains clearly less: a law that changes with time goes with the travel in part.
   const auto is_element = [&](const Place& where) {
     return where.kind == PlaceKind::part &&
            std::find(evidence.elements.begin(), evidence.elements.end(), where.name) != evidence.elements.end();
   };
-  if (!guide.empty() && is_element(location) && most < thresholds.read) location = guide;
+  const auto of_guide = std::find_if(evidence.motion.begin(), evidence.motion.end(), [&](const MotionShare& motion) {
+    return motion.at == place && motion.entry == guide;
+  });
+  const double on_mass = of_guide != evidence.motion.end() ? of_guide->share : most;
+  if (!guide.empty() && is_element(location) && most < thresholds.read && !(most > on_mass + thresholds.clearly))
+    location = guide;
   for (const MotionShare& motion : evidence.motion)
     if (motion.attached) weigh(motion);
   return location;

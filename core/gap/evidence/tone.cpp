@@ -1,0 +1,77 @@
+#include "core/gap/evidence/tone.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/data/spectra.hpp"
+#include "core/plant/linearise.hpp"
+
+namespace wheelhop {
+namespace {
+
+constexpr Index kHalfWidth = 2;  // lines to either side: the main lobe of a Hann window
+constexpr Index kSlowest = 3;    // periods in a record; slower ones are drift
+// Judgements: share of an error from which most of it is one tone, and of a drive from which the tone is the drive's.
+constexpr double kMostOfIt = 0.5, kOfDrive = 0.2;
+
+/// Share of a spectrum's power in the lines about one of them.
+double share_about(const Vector& power, Index line) {
+  const Index first = std::max<Index>(line - kHalfWidth, 0);
+  const Index last = std::min(line + kHalfWidth, power.size() - 1);
+  const double all = power.sum();
+  return all > 0 && last >= first ? power.segment(first, last - first + 1).sum() / all : 0;
+}
+
+// Judgements: distance from a natural frequency, and damping of the mode up to which it rings like a tone.
+constexpr double kNearMode = 0.2, kRings = 0.2;
+
+/// True near a frequency at which the plant rings by itself.
+bool rings_at(const LinearPlant& linear, double frequency_hz) {
+  if (linear.A.size() == 0) return false;
+  const std::vector<Mode> list = modes(linear.A);
+  return std::any_of(list.begin(), list.end(), [&](const Mode& mode) {
+    return mode.damping_ratio < kRings && std::abs(frequency_hz - mode.frequency_hz) < kNearMode * mode.frequency_hz;
+  });
+}
+
+}  // namespace
+
+Tone tone_of(const PlantFit& fit, const std::vector<FitRecord>& records) {
+  Tone tone;
+  std::size_t longest = 0;
+  for (std::size_t i = 0; i < fit.error.size(); ++i)
+    if (records[i].y.cols() > records[longest].y.cols()) longest = i;
+  if (fit.error.empty() || never_moves(records[longest].drive)) return tone;
+  const FitRecord& record = records[longest];
+  const Matrix error = fit.error[longest].rightCols(fit.error[longest].cols() - record.skip);
+  if (error.cols() < 4 * kSlowest) return tone;
+  const Matrix power = hann_spectrum(error).cwiseAbs2();
+  const Index lines = power.cols();
+  const Matrix moved = record.drive.middleCols(record.skip * record.ratio, error.cols() * record.ratio);
+  const Matrix of_drive = hann_spectrum(moved).cwiseAbs2();
+  const LinearPlant linear = linearise(fit.plant);
+  double largest = 0;
+  for (Index i = 0; i < power.rows(); ++i) {
+    const Vector own = power.row(i);
+    Index line = 0;
+    own.tail(lines - kSlowest).maxCoeff(&line);
+    line += kSlowest;
+    const double share = share_about(own, line), size = own.sum() / (record.weight_std(i) * record.weight_std(i));
+    bool driven = false;
+    for (Index k = 0; k < of_drive.rows(); ++k)
+      driven = driven || share_about(of_drive.row(k).transpose(), line) > kOfDrive;
+    if (driven || !(share > kMostOfIt) || !(size > largest)) continue;
+    const Index first = std::max<Index>(line - kHalfWidth, 0);
+    const Index count = std::min(line + kHalfWidth, lines - 1) - first + 1;
+    const Vector about = own.segment(first, count);
+    const Vector numbers = Vector::LinSpaced(count, static_cast<double>(first), static_cast<double>(first + count - 1));
+    const double record_s = static_cast<double>(error.cols() * record.ratio) / fit.plant.hold_hz();
+    const double frequency_hz = about.dot(numbers) / about.sum() / record_s;
+    if (rings_at(linear, frequency_hz)) continue;
+    largest = size;
+    tone = {true, fit.plant.sensors[static_cast<std::size_t>(i)].name, frequency_hz, share};
+  }
+  return tone;
+}
+
+}  // namespace wheelhop
