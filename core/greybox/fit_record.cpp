@@ -20,7 +20,10 @@ constexpr Index kStart = 20;  // of a block
 std::string stored_name(const Sensor& sensor) { return to_string(sensor_place(sensor.name)) + ".stored"; }
 
 /// Samples at either end of a record that are not compared, see `kUnsureEnds`.
-Index unsure_ends(const Plant& plant, Index samples) { return plant.held() ? 0 : std::min(kUnsureEnds, samples / 10); }
+Index unsure_ends(const Plant& plant, Index samples) {
+  const bool silent = std::all_of(plant.inputs.begin(), plant.inputs.end(), [](const auto& own) { return own.silent; });
+  return plant.held() || silent ? 0 : std::min(kUnsureEnds, samples / 10);
+}
 
 }  // namespace
 
