@@ -38,8 +38,6 @@ std::optional<Formed> rattle(const Surroundings& rig, const std::string& place, 
 
 }  // namespace
 
-std::vector<EffectKind> unknown_mass_kinds() {
-  return {{"unknown", "loose mass in a cage", all_masses, rattle}};
-}
+std::vector<EffectKind> unknown_mass_kinds() { return {{"unknown", "loose mass in a cage", all_masses, rattle}}; }
 
 }  // namespace wheelhop::blind
