@@ -36,7 +36,7 @@ struct Reading {
     }
     Matrix read = factors.asDiagonal() * (late + noise * (level.asDiagonal() * random.normal(3, made.cols())));
     read.colwise() += offsets;
-    records.push_back({Matrix::Zero(1, 20000), read, 5, 100, Vector::Ones(3), {}});
+    records.push_back({random.normal(1, 20000), read, 5, 100, Vector::Ones(3), {}});
     fit.error.push_back(made - read);
   }
   std::vector<InstrumentFault> faults() const { return gross_faults(fit, records); }
@@ -112,6 +112,10 @@ TEST_CASE("a clock that runs at another rate is told with its sign, from a few s
   }
   CHECK(Reading(Vector::Ones(3), 0.1, Vector::Zero(3), 1e-4).faults().empty());
   CHECK(Reading(Vector::Ones(3), 0.1).faults().empty());
+  Reading decay(Vector::Ones(3), 0.1, Vector::Zero(3), 0.005);
+  REQUIRE(decay.faults().size() == 1);
+  decay.records[0].drive.setZero();  // without a drive there is no other clock
+  CHECK(decay.faults().empty());
 }
 
 TEST_CASE("of several drives the one of another unit or sign is told, and gain errors of drives are not") {

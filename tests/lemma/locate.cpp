@@ -132,6 +132,10 @@ TEST_CASE("an effect at a guide is compared with the guide's place, one on a mas
   CHECK(leftover_ratio(places, "guide:wheel"_at) == Approx(2));
   CHECK(leftover_ratio(places, "wheel"_at) == Approx(2));
   CHECK(leftover_ratio(places, "guide:body"_at) == Approx(4));
+  // Below the noise there is nothing to tell places apart.
+  const std::vector<PlaceLeftover> few = {{"suspension"_at, {}, 0.02}, {"tyre"_at, {}, 0.13}, {"guide:body"_at, {}, 3}};
+  CHECK(leftover_ratio(few, "tyre"_at) == 1);
+  CHECK(leftover_ratio(few, "guide:body"_at) == Approx(3));
   // An element that stands for a guide has the guide's name, once.
   Plant guided = plant_from(quarter_car_text);
   guided.elements.push_back({guide_element("body"), "ground", "body", {{find_law("viscous_damper"), {20}}}});

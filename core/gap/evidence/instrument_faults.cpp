@@ -184,7 +184,7 @@ double falls_behind(const PlantFit& fit, const std::vector<FitRecord>& records) 
   std::vector<std::vector<Delay>> series;
   for (std::size_t i = 0; i < fit.error.size(); ++i) {
     const Index window = (records[i].y.cols() - records[i].skip) / kWindows;
-    if (window < 4 * kWindows) continue;
+    if (window < 4 * kWindows || never_moves(records[i].drive)) continue;  // a decay has no clock but the recorder's
     span = std::max(span, static_cast<double>(window * kWindows));
     for (Index j = 0; j < records[i].y.rows(); ++j) {
       series.emplace_back();

@@ -19,6 +19,8 @@ double log_mean_exp(const Vector& x) {
   return most + std::log((x.array() - most).exp().mean());
 }
 
+constexpr double kNoise = 1;  // leftover of a place where noise alone is left
+
 /// True of a single that closes the gap by itself.
 bool closes(const Evidence& evidence, double chi2, const Thresholds& thresholds) {
   return !(chi2 > (1 + negligible(evidence, thresholds)) * evidence.samples);
@@ -186,7 +188,7 @@ double leftover_ratio(const std::vector<PlaceLeftover>& places, const Place& loc
   };
   for (const PlaceLeftover& place : places)
     if (matches(place.location) || std::any_of(place.same.begin(), place.same.end(), matches))
-      return place.leftover / std::max(places.front().leftover, kNothingLeft);
+      return std::max(place.leftover, kNoise) / std::max(places.front().leftover, kNoise);
   return 1;
 }
 

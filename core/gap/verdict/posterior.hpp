@@ -74,7 +74,9 @@ Vector probabilities_by_leftover(ConstVectorRef left, Index blocks, double limit
 /// records hold no noise; measured leftovers lie near 1 or above, so that its size decides nothing there.
 inline constexpr double kNothingLeft = 1e-3;
 
-/// What an unknown signal at a location leaves, over what it leaves at the best place; 1 where it is not known.
+/// What an unknown signal at a location leaves, over what it leaves at the best place; 1 where it is not known. What
+/// leaves less than the noise has explains noise as well, as any signal does in a short record: two such places are
+/// alike.
 double leftover_ratio(const std::vector<PlaceLeftover>& places, const Place& location);
 
 /// Singles and, where it may be so, wrong parameters, ranked.
