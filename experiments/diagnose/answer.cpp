@@ -120,10 +120,12 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
   }
   std::string text = fmt::format("{} It sits in {} (P {:.2f}); {} {}.", gap, listed(places, "and"), sure,
                                  listed(names, "and"), effect);
-  if (const double left = corrected_stage(evidence, verdict).misfit - 1;
-      left > kClear && !follow_up.places_left.empty())
-    text += fmt::format(" {:.1f} x the noise is left, most likely from {}.", std::sqrt(left),
-                        follow_up.places_left.front().location);
+  if (const double left = corrected_stage(evidence, verdict).misfit - 1; left > kClear) {
+    const std::string from = follow_up.places_left.empty()
+                                 ? ""  // one channel does not tell
+                                 : fmt::format(", most likely from {}", follow_up.places_left.front().location);
+    text += fmt::format(" {:.1f} x the noise is left{}.", std::sqrt(left), from);
+  }
   if (is<Instruments>(verdict) && !verdict.message.empty()) text += " " + verdict.message + ".";
   // The instruments are corrected, and what is in doubt is what else is missing.
   const std::size_t effects = verdict.named.size() - evidence.correction.faults.size();
