@@ -39,6 +39,17 @@ std::string could_also_be(const Verdict& verdict, const std::string& what) {
   return verdict.ambiguous_with.empty() ? "" : " " + what + " could also be " + listed(texts, "or") + ".";
 }
 
+// Power of noise over what its quiet end tells, at most: of first-order noise n_k = 0.98 n_{k-1} + e_k it is 1.98^2 /
+// (1 - 0.98^2).
+constexpr double kColoured = 99;
+
+/// That the gap may be noise, where nothing is named and the noise is known from the quiet end of the spectrum alone.
+std::string may_be_noise(const Evidence& evidence) {
+  if (evidence.noise.source != to_string(FloorSource::estimated) || !(evidence.retuned.misfit < kColoured)) return "";
+  return " The noise is told by the quiet end of the spectrum alone: noise that is stronger at lower frequencies would "
+         "look the same. Records that repeat the drive tell.";
+}
+
 constexpr double kSeen = 0.5;  // upper end of the closure of an effect that the held-out records reach
 
 }  // namespace
@@ -75,13 +86,13 @@ std::string answer(const Evidence& evidence, const Verdict& verdict, const Follo
     else if (!verdict.locations.empty())
       text += fmt::format(" seems to enter at {} (P {:.2f})", verdict.locations.front().location,
                           verdict.locations.front().probability);
-    if (!verdict.message.empty()) return text + "; " + verdict.message + ".";
+    if (!verdict.message.empty()) return text + "; " + verdict.message + "." + may_be_noise(evidence);
     if (!verdict.suspects.empty() && known(best().closure))
       text += fmt::format(". The best suspect, {} at {}, removes {} of what re-tuning leaves", best().effect,
                           best().location, percent(best().closure));
-    return text + ".";
+    return text + "." + may_be_noise(evidence);
   }
-  if (is<Insufficient>(verdict)) return "Not enough to tell: " + verdict.message + ".";
+  if (is<Insufficient>(verdict)) return "Not enough to tell: " + verdict.message + "." + may_be_noise(evidence);
   if (is<Rounding>(verdict))
     return fmt::format("{} {} (P {:.2f}) makes what the plant leaves; no model of the plant removes it.", gap,
                        verdict.named.front(), best().probability);
