@@ -15,8 +15,6 @@ constexpr double kWorseHeldOut = 1.5;
 constexpr double kWorseByChance = 5;
 // A judgement: the fit of all records begins at the solution of some of them, and needs few iterations.
 constexpr Index kJointIterations = 6;
-// A judgement: misfit of a fitted record over the least of all, from which its initial state may be what is wrong.
-constexpr double kStuck = 4;
 
 /// True where the held-out records fit so much worse than the fitted ones that what the fit does not know of its
 /// parameters may be the reason.
@@ -73,11 +71,6 @@ std::vector<double> misfits_of(const PlantFit& fit, const std::vector<FitRecord>
   return list;
 }
 
-/// Misfit of a fitted record from which its initial state may be what is wrong.
-double stuck_from(const std::vector<double>& misfits) {
-  return kStuck * std::max(*std::min_element(misfits.begin(), misfits.end()), 1.0);
-}
-
 /// Rest in equilibrium, of each record.
 std::vector<InitialState> at_rest(const PlantFit& fit) {
   const Index states = fit.state_scale.size();
@@ -111,17 +104,16 @@ std::vector<InitialState> continued(const PlantFit& fit, const std::vector<FitRe
   return list;
 }
 
-/// A fit once more from other initial states, which replaces it where it leaves less. Nothing to do for none.
-/// @param options of the fit
-void try_states(const Plant& start, const std::vector<FitParameter>& parameters, const std::vector<FitRecord>& records,
-                const Solver& solver, FitOptions options, std::vector<InitialState> states, PlantFit& fit) {
+/// Fits the initial states of the held-out records once more from others, which stay where they leave less. Nothing to
+/// do for none. @param options of the fit of the held-out records
+void try_states(const Study& study, const Solver& solver, FitOptions options, std::vector<InitialState> states,
+                Hypothesis& hypothesis) {
   if (states.empty()) return;
-  PlantFit from = states_of(fit);
+  PlantFit from = states_of(hypothesis.held_out);
   from.initial_states = std::move(states);
   options.from = &from;
-  options.theta = fit.theta;
-  PlantFit other = fit_plant(start, parameters, records, solver, options);
-  if (!other.error.empty() && other.solution.cost < fit.solution.cost) fit = std::move(other);
+  PlantFit other = fit_plant(hypothesis.fit.plant, {}, study.data.held_out, solver, options);
+  if (!other.error.empty() && other.misfit < hypothesis.held_out.misfit) hypothesis.held_out = std::move(other);
 }
 
 }  // namespace
@@ -132,16 +124,13 @@ bool fit_quickly(const Study& study, const Solver& solver, const FitOptions& fit
   PlantFit& apart = hypothesis.held_out;
   fit = fit_plant(hypothesis.start, hypothesis.parameters, study.data.fitted, solver, fitted);
   if (fit.error.empty()) return false;
-  try_states(hypothesis.start, hypothesis.parameters, study.data.fitted, solver, fitted,
-             continued(fit, study.data.fitted, stuck_from(misfits_of(fit, study.data.fitted))), fit);
   apart = fit_plant(fit.plant, {}, study.data.held_out, solver, held_out);
   // Where another plant began may lie too far away: from rest once more, and from where the plant arrives.
   const double most = kWorseHeldOut * std::max(fit.misfit, 1.0);
   if (held_out.from != nullptr && !apart.error.empty() && apart.misfit > most)
-    try_states(fit.plant, {}, study.data.held_out, solver, held_out, at_rest(apart), apart);
+    try_states(study, solver, held_out, at_rest(apart), hypothesis);
   if (!apart.error.empty() && apart.misfit > most)
-    try_states(fit.plant, {}, study.data.held_out, solver, held_out, continued(apart, study.data.held_out, most),
-               apart);
+    try_states(study, solver, held_out, continued(apart, study.data.held_out, most), hypothesis);
   if (hypothesis.held_out.error.empty() || !std::isfinite(hypothesis.held_out.misfit)) {
     hypothesis.stage = {};
     hypothesis.stage.misfit = hypothesis.chi2 = std::numeric_limits<double>::infinity();
