@@ -39,8 +39,8 @@ std::string could_also_be(const Verdict& verdict, const std::string& what) {
   return verdict.ambiguous_with.empty() ? "" : " " + what + " could also be " + listed(texts, "or") + ".";
 }
 
-// Power of noise over what its quiet end tells, at most: of first-order noise n_k = 0.98 n_{k-1} + e_k it is 1.98^2 /
-// (1 - 0.98^2).
+// A judgement: power of noise over what its quiet end tells, up to which that is said. Of first-order noise n_k = 0.98
+// n_{k-1} + e_k it is 1.98^2 / (1 - 0.98^2).
 constexpr double kColoured = 99;
 
 /// That the gap may be noise, where nothing is named and the noise is known from the quiet end of the spectrum alone.

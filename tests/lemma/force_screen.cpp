@@ -20,6 +20,7 @@ Plant frame() {
   Plant plant = plant_from(shaken_text);
   plant.elements[0].laws = {{find_law("linear_spring"), {9000}}, {find_law("viscous_damper"), {6}}};
   plant.sensors.pop_back();  // no rig has a cell in its columns
+  plant.inputs[0].interpolation = "zoh";
   return plant;
 }
 
@@ -47,8 +48,7 @@ RecordSet measured(const Plant& rig, Random& random) {
 TEST_CASE("the law that bends a motion beyond recognition is the first of the screen by force, at about its size",
           "[slow]") {
   Random random = numbers(6601);
-  Plant nominal = frame();
-  nominal.inputs[0].interpolation = "zoh";
+  const Plant nominal = frame();
   const auto solver = make_levenberg_marquardt({});
   const GapSolvers solvers{*solver, *solver, *solver};
   const CandidateList candidates = effect_candidates;
@@ -87,8 +87,7 @@ TEST_CASE("the law that bends a motion beyond recognition is the first of the sc
 TEST_CASE("another law that makes an answer's force along its motion is a rival of it, at the size that makes it",
           "[slow]") {
   Random random = numbers(6602);
-  Plant nominal = frame();
-  nominal.inputs[0].interpolation = "zoh";
+  const Plant nominal = frame();
   const auto solver = make_levenberg_marquardt({});
   const GapSolvers solvers{*solver, *solver, *solver};
   const CandidateList candidates = effect_candidates;

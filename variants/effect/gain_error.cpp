@@ -4,8 +4,8 @@ namespace wheelhop {
 
 namespace {
 
-/// Deviations of a gain from one that calibration leaves: of nine in ten. What is off by more than itself has a wrong
-/// unit or sign, or something else is wrong.
+/// Deviations of a gain from one, of nine in ten: a judgement about the 1 to 3 % that calibration leaves. What is off
+/// by more than itself has a wrong unit or sign, or something else is wrong.
 constexpr double kLeastDeviation = 0.003, kMostDeviation = 0.3;
 
 }  // namespace

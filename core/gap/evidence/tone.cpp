@@ -13,6 +13,8 @@ constexpr Index kHalfWidth = 2;  // lines to either side: the main lobe of a Han
 constexpr Index kSlowest = 3;    // periods in a record; slower ones are drift
 // Judgements: share of an error from which most of it is one tone, and of a drive from which the tone is the drive's.
 constexpr double kMostOfIt = 0.5, kOfDrive = 0.2;
+// Judgements: relative distance from a natural frequency, and damping of its mode, up to which the plant rings there.
+constexpr double kNearMode = 0.2, kRings = 0.2;
 
 /// Share of a spectrum's power in the lines about one of them.
 double share_about(const Vector& power, Index line) {
@@ -21,9 +23,6 @@ double share_about(const Vector& power, Index line) {
   const double all = power.sum();
   return all > 0 && last >= first ? power.segment(first, last - first + 1).sum() / all : 0;
 }
-
-// Judgements: distance from a natural frequency, and damping of the mode up to which it rings like a tone.
-constexpr double kNearMode = 0.2, kRings = 0.2;
 
 /// True near a frequency at which the plant rings by itself.
 bool rings_at(const LinearPlant& linear, double frequency_hz) {

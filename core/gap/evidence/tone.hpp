@@ -10,6 +10,7 @@
 
 namespace wheelhop {
 
+/// What a diagnosis tells beside its answer; no verdict depends on it.
 struct Tone {
   bool seen = false;
   std::string channel;

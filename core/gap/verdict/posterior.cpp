@@ -19,7 +19,7 @@ double log_mean_exp(const Vector& x) {
   return most + std::log((x.array() - most).exp().mean());
 }
 
-constexpr double kNoise = 1;  // leftover of a place where noise alone is left
+constexpr double kNoise = 1;  // leftover of a place where noise alone is left: derived, since that is its unit
 
 /// True of a single that closes the gap by itself.
 bool closes(const Evidence& evidence, double chi2, const Thresholds& thresholds) {

@@ -70,8 +70,8 @@ void rank(std::vector<RankedCandidate>& list, const Weighing& weighing, const Th
 /// @param left J_i > 0   @return none above `limit`
 Vector probabilities_by_leftover(ConstVectorRef left, Index blocks, double limit);
 
-/// A leftover, in units of the noise's power, below which places are alike. It keeps ratios of leftovers finite where
-/// records hold no noise; measured leftovers lie near 1 or above, so that its size decides nothing there.
+/// The least leftover, in units of the noise's power, that counts in the probabilities of places without a name. It
+/// keeps their ratios finite where records hold no noise.
 inline constexpr double kNothingLeft = 1e-3;
 
 /// What an unknown signal at a location leaves, over what it leaves at the best place; 1 where it is not known. What

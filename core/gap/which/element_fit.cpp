@@ -14,7 +14,7 @@ namespace {
 
 constexpr Index kSteps = 4, kMostSteps = 64;  // of a simulation between two samples
 constexpr double kNothing = 1e-9;             // of a column, which is round-off
-constexpr Index kIterations = 20;             // of a fit of one element
+constexpr Index kIterations = 20;             // of a fit of one element: a judgement, a bound on the time
 
 /// Force of an element [N] along a prescribed travel, as a dynamometer measures it. False outside its domain.
 bool force_along(const Element& element, const Matrix& travel, double sampling_hz, Vector& force) {
@@ -205,8 +205,8 @@ void size_by_motion(const std::vector<Matrix>& motion, ElementOperation& operati
 }
 
 ForceScreened screen_by_known_force(const Study& study, const Plant& base, const ForceThere& there,
-                                    const Place& location, std::vector<EffectCandidate> candidates, ConstVectorRef from,
-                                    std::size_t fits) {
+                                    const Place& location, std::vector<EffectCandidate> candidates,
+                                    ConstVectorRef elsewhere, const ForceScreenOptions& options) {
   ForceScreened out;
   const Element* const own = element_at(base, location);
   Vector known = Vector::Zero(there.force.size());
@@ -235,7 +235,7 @@ ForceScreened screen_by_known_force(const Study& study, const Plant& base, const
   });
   std::stable_sort(typical.begin(), typical.end(),
                    [](const Screened& a, const Screened& b) { return a.gain > b.gain; });
-  typical.resize(std::min(typical.size(), fits));
+  typical.resize(std::min(typical.size(), options.fits));
 
   std::vector<Screened> fitted(typical.size());
   out.candidates.resize(typical.size());
@@ -252,7 +252,7 @@ ForceScreened screen_by_known_force(const Study& study, const Plant& base, const
     candidate.proportional = false;  // its size is known
     fitted[k].strength = 1;
     // The study's tolerances count from the plant as delivered, whatever `base` holds.
-    Vector theta = from;
+    Vector theta = elsewhere;
     for (std::size_t i = 0; i < of_place.number.size(); ++i) {
       const FitParameter& own_parameter = of_place.parameters[i];
       theta(static_cast<Index>(of_place.number[i])) =
@@ -264,6 +264,8 @@ ForceScreened screen_by_known_force(const Study& study, const Plant& base, const
     fitted[k].retuning = theta;
   });
   std::stable_sort(fitted.begin(), fitted.end(), [](const Screened& a, const Screened& b) { return a.gain > b.gain; });
+  std::erase_if(fitted, [&](const Screened& one) { return !(one.gain > options.share); });
+  fitted.resize(std::min(fitted.size(), options.fits_of_plant));
   out.screened = std::move(fitted);
   return out;
 }

@@ -48,21 +48,27 @@ void size_by_motion(const std::vector<Matrix>& motion, ElementOperation& operati
 struct ForceScreened {
   std::vector<EffectCandidate> candidates;  ///< their plants at the sizes that were fitted to the force
   /// In descending order of `gain`, here the share of the unknown force that the candidate's law explains beyond a
-  /// constant and what the laws of the place do when they are re-tuned; `retuning` leads a fit of the whole plant from
-  /// the solution of another one to what the force says.
+  /// constant and what the laws of the place do when they are re-tuned. `retuning`: as of the function that returns it.
   std::vector<Screened> screened;
+};
+
+/// What the best screens of a place are worth.
+struct ForceScreenOptions {
+  std::size_t fits = 6;  ///< candidates whose sizes are fitted to the force, the best by their typical size first
+  double share = 0.5;    ///< of the force that a candidate explains at least, once its sizes are fitted
+  std::size_t fits_of_plant = 3;  ///< of those, the best that are kept
 };
 
 /// The candidates whose laws make most of what is unknown of a force: by their typical size first; then with their own
 /// sizes and those of the place's laws fitted to the whole force along the motion.
 /// @param base plant with the laws that are known at the place
 /// @param candidates of that place, each with a law there and its tolerances at their values in `base`
-/// @param from theta of the study's tolerances [in these] at which the fit of the whole plant begins that `retuning`
-/// leads away from   @param fits candidates whose sizes are fitted, the best by their typical size first
-/// @return empty where there is no unknown force, or the laws of the place do not follow the motion
-/// Cost: a simulation of one element a candidate and record, and some fits of one element. Runs side by side.
+/// @param elsewhere tolerances of the parameters of other places, in theta of all of the study's
+/// @return those that make more than a share of it. `retuning` is theta of the study's tolerances, counted from the
+/// plant as delivered. Empty where there is no unknown force, or the laws of the place do not follow the motion Cost: a
+/// simulation of one element a candidate and record, and some fits of one element. Runs side by side.
 ForceScreened screen_by_known_force(const Study& study, const Plant& base, const ForceThere& there,
-                                    const Place& location, std::vector<EffectCandidate> candidates, ConstVectorRef from,
-                                    std::size_t fits);
+                                    const Place& location, std::vector<EffectCandidate> candidates,
+                                    ConstVectorRef elsewhere, const ForceScreenOptions& options);
 
 }  // namespace wheelhop

@@ -155,9 +155,7 @@ ForceScreened screen_by_force(const Study& study, const PlantFit& home, const Pl
   }
   out = screen_by_known_force(study, base.plant, known_force, location,
                               candidates_at(study, base.plant, std::move(operation), location, known_force.motion),
-                              Vector::Zero(retuned.theta.size()), options.fits);
-  std::erase_if(out.screened, [&](const Screened& one) { return !(one.gain > options.share); });
-  out.screened.resize(std::min(out.screened.size(), options.fits_of_plant));
+                              Vector::Zero(retuned.theta.size()), options);
 
   // In free run over a whole record a nonlinear plant soon goes its own way, and no fit leads back: in pieces first.
   const std::vector<Trajectory> states = trajectories(asked.forced.fit, asked.forced.records);
@@ -191,7 +189,7 @@ ForceScreened screen_rivals(const Study& study, const PlantFit& answer, const Pl
   Operation operation;
   const auto [records, base] = first_records(study, answer);
   const Element* const element = element_at(base.plant, location);
-  // Of the answer's plant a rival is no part.
+  // A rival stands in place of the answer's effects: in the plant without them, tuned as the answer has it.
   Plant nominal = study.nominal;
   for (const FitParameter& tolerance : study.tolerances)
     set_parameter(nominal, tolerance.name, get_parameter(base.plant, tolerance.name));
@@ -215,10 +213,8 @@ ForceScreened screen_rivals(const Study& study, const PlantFit& answer, const Pl
   std::erase_if(candidates, [&](const EffectCandidate& candidate) { return !asked(candidate); });
   if (candidates.empty() || !there.along(*element, there.force)) return out;
   const Index count = static_cast<Index>(study.tolerances.size());
-  out = screen_by_known_force(study, nominal, there, location, std::move(candidates), answer.theta.head(count),
-                              options.fits);
-  std::erase_if(out.screened, [&](const Screened& one) { return !(one.gain > options.share); });
-  out.screened.resize(std::min(out.screened.size(), options.fits_of_plant));
+  out =
+      screen_by_known_force(study, nominal, there, location, std::move(candidates), answer.theta.head(count), options);
   for (Screened& one : out.screened) {
     one.retuning -= retuned.theta;
     one.initial_states = answer.initial_states;

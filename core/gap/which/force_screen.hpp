@@ -13,13 +13,6 @@
 
 namespace wheelhop {
 
-/// What the best screens of a place are worth.
-struct ForceScreenOptions {
-  std::size_t fits = 6;  ///< candidates whose sizes are fitted to the force, the best by their typical size first
-  double share = 0.5;    ///< of the force that a candidate explains at least, once its sizes are fitted
-  std::size_t fits_of_plant = 3;  ///< of those, the best that are kept
-};
-
 /// The candidates at a place whose laws explain most of the unknown force there, as `screen_by_known_force`; the best
 /// of these then in the whole plant, to the records in pieces (multiple shooting), whose first states that motion
 /// tells.
