@@ -17,6 +17,8 @@ constexpr double kRelaxing = 2 * static_cast<double>(kSubsteps);
 // Stiffness of a suspension over that of its tyre, at most: a judgement; 1/12 to 1/5 in cars, 0.36 on a rig of plates,
 // and about 1 between the storeys of a frame.
 constexpr double kCarried = 0.5;
+// A judgement: a first fit of the speed over which a sign is smoothed ends at this share of where it starts.
+constexpr double kSmoothedAtFirst = 1;
 
 class FunctionEffect final : public Effect {
  public:
@@ -261,6 +263,14 @@ void followed_by_steps(EffectCandidate& candidate, const ElementOperation& opera
   const double step_s = 1 / (candidate.plant.hold_hz() * static_cast<double>(kMostSubsteps));
   for (FitParameter& parameter : candidate.parameters)
     if (parameter.name.ends_with(".yield_travel_m")) parameter.least = 0.5 * 3 * operation.rate_rms_m_per_s * step_s;
+}
+
+void smoothed_at_first(EffectCandidate& candidate) {
+  for (FitParameter& parameter : candidate.parameters)
+    if (parameter.name.ends_with(".velocity_m_per_s")) {
+      parameter.least = kSmoothedAtFirst * get_parameter(candidate.plant, parameter.name);
+      parameter.lowered = true;
+    }
 }
 
 void also_called(EffectCandidate& candidate, const EffectId& effect, const std::string& form) {

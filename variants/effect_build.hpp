@@ -95,6 +95,9 @@ void plausibly(EffectCandidate& candidate, const std::string& parameter, double 
 /// than their steps follow. To the records such friction is Coulomb's; the derivatives of too long steps grow without
 /// end.
 void followed_by_steps(EffectCandidate& candidate, const ElementOperation& operation);
+/// Keeps a first fit of the speed over which a sign is smoothed from where the law is a step to the records, and tells
+/// nothing of how to go on: a tenth of the size that it starts at.
+void smoothed_at_first(EffectCandidate& candidate);
 /// Adds between what sizes the parameter makes the effect that of the last label: far above it has another name.
 void defined_by(EffectCandidate& candidate, const std::string& parameter, double low, double high);
 /// Adds the size that the literature gives to a parameter of that last part of a name, of a passenger car's corner.

@@ -10,6 +10,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 #include "core/data/metrics.hpp"
 #include "core/data/slow_channels.hpp"
@@ -30,6 +31,9 @@ constexpr Index kVisited = 100;          // operating points a record
 constexpr std::size_t kGroups = 4;       // of the columns of a Jacobian: each group simulates the plant once more
 constexpr double kAtOnceBytes = 2.56e8;  // of columns that are computed beside one another, where all are not kept
 constexpr Index kLeastAtOnce = 16;       // whatever their size: a further pass simulates the plant once more
+constexpr Index kBeginning = 4;          // samples a state, of a record whose initial state is found: a judgement
+constexpr Index kStartIterations = 12;   // of its fit, likewise
+constexpr double kAsForetold = 1.1;      // of what a linear estimate leaves, from which it is no estimate, likewise
 constexpr double kForgotten = 14;        // e-folds after which an initial state counts as forgotten
 
 /// Values a parameter may take: its range and the start itself; of one that is known within a tolerance, on the side of
@@ -351,8 +355,10 @@ class PlantProblem final : public ResidualProblem {
 };
 
 /// Initial state of a record whose drive never moves, such as a free decay: the one of least squares, linearised around
-/// rest. Rest itself where the readings do not tell it. @param rest [q; v]
-Vector free_start(const Plant& plant, const FitRecord& record, const Vector& rest) {
+/// rest. Rest itself where the readings do not tell it. Around rest a plant that slips and sticks is another one than
+/// in motion: where the linear plant says little of what its state leaves, the state is fitted to a beginning of the
+/// record, and to longer and longer ones from there on. @param rest [q; v]
+Vector free_start(const Plant& plant, const FitRecord& record, const Vector& rest, const Solver& solver) {
   const FitRecord part = remembered_part(plant, {record}).front();
   Matrix J(part.y.rows() * (part.y.cols() - part.skip), rest.size());
   Vector r;
@@ -360,41 +366,69 @@ Vector free_start(const Plant& plant, const FitRecord& record, const Vector& res
                           [&](Index column, const Matrix& values) { J.col(column) = values.reshaped(); }))
     return rest;
   const Vector size = J.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
-  const Eigen::CompleteOrthogonalDecomposition<Matrix> solver(J * size.cwiseInverse().asDiagonal());
-  return rest - solver.solve(r).cwiseQuotient(size);
+  const Eigen::CompleteOrthogonalDecomposition<Matrix> least_squares(J * size.cwiseInverse().asDiagonal());
+  const Vector step = least_squares.solve(r).cwiseQuotient(size), linear = rest - step;
+  const double foretold = (r - J * step).squaredNorm();
+  const auto leaves = [&](const Vector& state) {
+    Vector left;
+    return plant_residual(plant, {part}, {InitialState(state)}, left) ? left.squaredNorm()
+                                                                      : std::numeric_limits<double>::infinity();
+  };
+  const double left = leaves(linear);
+  if (left <= kAsForetold * foretold) return linear;
+  Vector grown = rest;
+  for (Index samples = kBeginning * rest.size();; samples *= 2) {
+    FitRecord beginning = part;
+    beginning.y.conservativeResize(Eigen::NoChange, std::min(part.skip + samples, part.y.cols()));
+    const PlantProblem problem(plant, {}, {beginning}, Vector::Ones(rest.size()));
+    const Solution solution = solver.minimise(problem, grown, kStartIterations);
+    if (solution.theta.size() == grown.size() && solution.theta.allFinite()) grown = solution.theta;
+    if (beginning.y.cols() == part.y.cols()) break;
+  }
+  return leaves(grown) < left ? grown : linear;
 }
 
-/// What a state of this plant is in size under its drives, seen in a simulation from rest, or from the state of
-/// `free_start` where a drive never moves.
-bool typical_states(const Plant& plant, const std::vector<FitRecord>& records, Vector& scale, Vector& start) {
-  const Index n2 = 2 * plant.mass_count();
-  scale = Vector::Zero(n2);
-  start.resize(n2 * static_cast<Index>(records.size()));
+/// States of a plant under its records: their sizes, and in these where each record may begin, 2n a record.
+struct TypicalStates {
+  Vector scale;  ///< 2n: RMS under the drives, or what a free decay begins with
+  Vector rest;   ///< in equilibrium
+  Vector begin;  ///< the same, or the state of `free_start` where a drive never moves
+};
+
+/// What a state of this plant is in size under its drives, seen in a simulation from rest. None where one fails.
+std::optional<TypicalStates> typical_states(const Plant& plant, const std::vector<FitRecord>& records,
+                                            const Solver& solver) {
+  const Index n2 = 2 * plant.mass_count(), count = static_cast<Index>(records.size());
+  TypicalStates typical{Vector::Zero(n2), Vector(n2 * count), Vector(n2 * count)};
+  Vector& scale = typical.scale;
   for (std::size_t i = 0; i < records.size(); ++i) {
     const Simulation result = simulate_measured(plant, records[i].drive, run_options(plant, records[i]));
-    if (result.status != Status::ok) return false;
+    if (result.status != Status::ok) return {};
     scale = scale.cwiseMax(rms(result.states.topRows(n2)));
     const Vector rest = result.states.col(0).head(n2);
-    start.segment(n2 * static_cast<Index>(i), n2) = rest;
-    if (n2 > 0 && never_moves(records[i].drive))
-      scale = scale.cwiseMax((free_start(plant, records[i], rest) - rest).cwiseAbs());
+    const Vector begin = n2 > 0 && never_moves(records[i].drive) ? free_start(plant, records[i], rest, solver) : rest;
+    typical.rest.segment(n2 * static_cast<Index>(i), n2) = rest;
+    typical.begin.segment(n2 * static_cast<Index>(i), n2) = begin;
+    scale = scale.cwiseMax((begin - rest).cwiseAbs());
     for (const auto& [state, value] : known_states(plant, records[i].start, rest))
       scale(state) = std::max(scale(state), std::abs(value - rest(state)));
   }
-  if (n2 == 0) return true;  // all nodes are held
+  if (n2 == 0) return typical;  // all nodes are held
   // A mass that never moves still needs a scale.
   scale = scale.cwiseMax(1e-9 + 1e-6 * scale.maxCoeff());
-  start = start.cwiseQuotient(scale.replicate(static_cast<Index>(records.size()), 1));
-  return true;
+  typical.rest = typical.rest.cwiseQuotient(scale.replicate(count, 1));
+  typical.begin = typical.begin.cwiseQuotient(scale.replicate(count, 1));
+  return typical;
 }
 
-/// Rest in equilibrium of each record of a fit.
-std::vector<InitialState> at_rest(const PlantFit& fit, const std::vector<FitRecord>& records) {
+/// Initial states of the records of a fit. @param motions [q; v] of each, in the fit's scales
+std::vector<InitialState> initial_states(const PlantFit& fit, const std::vector<FitRecord>& records,
+                                         const Vector& motions) {
   std::vector<InitialState> list;
   const Index states = fit.state_scale.size();
   for (std::size_t i = 0; i < records.size(); ++i) {
-    const Vector rest = fit.states_at_rest.segment(states * static_cast<Index>(i), states);
-    list.push_back(with_stored(fit.plant, records[i], Vector(rest.cwiseProduct(fit.state_scale))));
+    const Vector motion = motions.segment(states * static_cast<Index>(i), states);
+    list.push_back(with_stored(fit.plant, records[i], Vector(motion.cwiseProduct(fit.state_scale))));
   }
   return list;
 }
@@ -511,9 +545,12 @@ PlantFit fit_plant(const Plant& plant, const std::vector<FitParameter>& paramete
     fit.states_at_rest = options.from->states_at_rest;
     for (std::size_t i = 0; i < records.size(); ++i)
       begin.push_back(with_stored(plant, records[i], options.from->initial_states[i]));
-    resting = at_rest(fit, records);
-  } else if (typical_states(plant, records, fit.state_scale, fit.states_at_rest)) {
-    begin = resting = at_rest(fit, records);
+    resting = initial_states(fit, records, fit.states_at_rest);
+  } else if (const std::optional<TypicalStates> typical = typical_states(plant, records, solver)) {
+    fit.state_scale = typical->scale;
+    fit.states_at_rest = typical->rest;
+    begin = initial_states(fit, records, typical->begin);
+    resting = initial_states(fit, records, typical->rest);
   } else {
     fit.solution.status = Status::outside_domain;
     fit.solution.message = "the plant as delivered cannot follow the drive";

@@ -29,6 +29,7 @@ struct FitParameter {
   double scale = 1;      ///< > 0, in the unit of the parameter
   double prior_std = 0;  ///< of theta around zero, which stays within kFarthest of it; 0: none
   double least = -std::numeric_limits<double>::infinity();  ///< value below which a fit does not go
+  bool lowered = false;  ///< `least` is where a first fit ends; one that rests there goes on with a lower one
 };
 
 /// Every mass and every law parameter with its tolerance as prior: scale = tolerance |value|, prior_std 1, so that

@@ -15,6 +15,7 @@ std::shared_ptr<const Effect> make_coulomb_friction(const EffectOptions&) {
           list.push_back(with_law(plant, place, "coulomb_friction", "smoothed sign", "coulomb_friction",
                                   {force, 0, 10 * speed, speed},
                                   {{"force_n", third(force)}, {"velocity_m_per_s", third(speed)}}));
+          smoothed_at_first(list.back());
           plausibly(list.back(), "velocity_m_per_s", 1e-3 * own.rate_rms_m_per_s, 0.2 * own.rate_rms_m_per_s);
           // Bent only at rates that usually occur, the same law is a damper that ends at a force.
           if (!place.guide() && has_damper(plant.elements[place.element])) {

@@ -200,8 +200,10 @@ std::optional<Level> grown(const Case& c, const CandidateEvidence& before) {
   const double removes = before.chi2 - set.chi2;
   if (!(removes > std::max(c.thresholds.grows * (before.chi2 - e.samples), c.thresholds.notice * chance_of(e))))
     return {};
-  // Where the error of a form enters, another effect is no more than a better form, unless it is of the other kind.
-  if (!differs_in_kind(set, last) && within_form(e, before, c.thresholds)) return {};
+  // Where the error of a form enters, another effect is no more than a better form, unless it is of the other kind, or
+  // what was left is gone to the square of the share that a better form may leave elsewhere.
+  const double gone = c.thresholds.of_rest * c.thresholds.of_rest * (before.chi2 - e.samples);
+  if (!differs_in_kind(set, last) && within_form(e, before, c.thresholds) && set.chi2 - e.samples > gone) return {};
   // No effect of a set is named by a size that is not its own.
   level.needed = effect_needed(e, set, last, before.chi2, c.thresholds) &&
                  std::all_of(set.effects.begin(), set.effects.end(),
@@ -275,10 +277,20 @@ void name_effects(const Case& c, const Level& level, Verdict& verdict) {
       verdict.ambiguous_with.push_back(name);
 }
 
-/// Probabilities of effects as often right as they say. What the named ones gain, their rivals lose.
-void calibrate(const Case& c, Verdict& verdict) {
+/// Probability that a name is right although its form is not, of a set that leaves more than the noise: one where no
+/// more is left than `much_left`, down to `held_far` of what leaves far more.
+double held_of_form(const Case& c, const CandidateEvidence& answer) {
+  const double left = answer.chi2 / c.evidence.samples - 1;
+  const double far = 1 - std::min(c.thresholds.much_left / std::max(left, c.thresholds.much_left), 1.0);
+  return 1 - far * (1 - c.thresholds.held_far);
+}
+
+/// Probabilities of effects as often right as they say. What the named ones gain, their rivals lose. Where more than
+/// the noise is left, each further effect may follow what the forms of those before it do not.
+void calibrate(const Case& c, const CandidateEvidence& answer, Verdict& verdict) {
   const Thresholds& t = c.thresholds;
-  double before = 0, after = 0;
+  const double of_form = held_of_form(c, answer);
+  double before = 0, after = 0, held = 1;
   for (Suspect& suspect : verdict.suspects) {
     if (std::find(verdict.named.begin(), verdict.named.end(), suspect.name()) == verdict.named.end()) {
       suspect.probability *= (1 - after) / std::max(1 - before, 1 - t.limit);
@@ -286,9 +298,11 @@ void calibrate(const Case& c, Verdict& verdict) {
     }
     const double p = std::clamp(suspect.probability, 1 - t.limit, t.limit);
     const double odds = std::exp(t.calibration_shift) * std::pow(p / (1 - p), t.calibration_slope);
-    suspect.probability = std::min(odds / (1 + odds), t.surest);
+    const double sharpened = std::min(odds / (1 + odds), t.surest);
     before = std::max(before, p);
-    after = std::max(after, suspect.probability);
+    after = std::max(after, sharpened);
+    held *= of_form;
+    suspect.probability = held * sharpened;
   }
 }
 
@@ -379,7 +393,7 @@ Verdict decide_effects(const Case& c, const std::vector<RankedCandidate>& ranked
     verdict.suspects[i].parameters = answer.candidate->effects[i].parameters;
   verdict = doubted(c, *answer.candidate, ranked.front(), std::move(verdict));
   if (!is<Effects>(verdict)) return verdict;
-  calibrate(c, verdict);
+  calibrate(c, *answer.candidate, verdict);
   add_parameter_beside(c.evidence, c.thresholds, verdict);
   if (std::get<Effects>(verdict.answer).parameter) {
     verdict.row = "3f";

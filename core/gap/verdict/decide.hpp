@@ -22,7 +22,7 @@
 /// |     | removes `second` of what the others leave; of what may be the error of a form      |                |
 /// |     | (at most `worth_second` of the gap, entering at its place) further effects have to |                |
 /// |     | leave less than `of_rest`, and count only at other places, or if one is elastic    |                |
-/// |     | and the other dissipative; then                                                    |                |
+/// |     | and the other dissipative, or where less than `of_rest`^2 is left; then            |                |
 /// | 3a  |   a defining size is odd, but the effect explains the gap (`explains_well`)        | AtPlace, there |
 /// | 3b  |   it explains too little, its place is wrong, or its size odd; and                 |                |
 /// |     |   gap left <= `too_small`, no parameter bent beyond `out_of_tolerance`             | NoGap          |

@@ -19,6 +19,8 @@ constexpr Index kQuickIterations = 8;
 constexpr double kNear = 0.15;
 // A judgement: a finer form is fitted further as long as chi2 falls below this share of what it was.
 constexpr double kGoesOn = 0.9;
+// Judgements: an end that is lowered, of what it was; and where a parameter rests there, in such ends.
+constexpr double kLower = 0.3, kRests = 1.01;
 
 /// The parameters of a base and of a candidate, which then count from where the base's do: tolerances from the plant
 /// as delivered.
@@ -116,16 +118,44 @@ bool moved_by(const Hypothesis& base, const EffectCandidate& candidate) {
          });
 }
 
-/// A quick fit is fitted on to the end, and replaced if that is better.
-void polish(const Study& study, Hypothesis& hypothesis) {
-  if (hypothesis.effects.back().parameters.empty()) return;  // nothing was fitted beyond what it was added to
-  if (!linearise(hypothesis.fit, hypothesis.parameters, study.data.fitted)) return;
+/// A quick fit is fitted on to the end, and replaced if that is better. @return false if it is not
+bool fit_on(const Study& study, Hypothesis& hypothesis) {
+  if (!linearise(hypothesis.fit, hypothesis.parameters, study.data.fitted)) return false;
   Hypothesis longer = hypothesis;
   if (!complete(study, study.solvers.thorough, {study.iterations, &hypothesis.fit, false, hypothesis.fit.theta},
                 {study.iterations, &hypothesis.held_out, false}, longer) ||
       longer.chi2 >= hypothesis.chi2)
-    return;
+    return false;
   hypothesis = std::move(longer);
+  return true;
+}
+
+/// Lowers the ends of those parameters of the last effect that rest there, where they may be lowered. @return whether
+/// there are any
+bool lower_ends(Hypothesis& hypothesis) {
+  bool any = false;
+  std::vector<FitParameter>& own = hypothesis.effects.back().parameters;
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    FitParameter& moved = hypothesis.parameters[hypothesis.parameters.size() - own.size() + i];
+    if (!moved.lowered || get_parameter(hypothesis.fit.plant, moved.name) > kRests * moved.least) continue;
+    moved.least *= kLower;
+    own[i].least = moved.least;
+    any = true;
+  }
+  return any;
+}
+
+/// To the end, and on from there where a parameter rests at an end that may be lowered (a continuation in it), as long
+/// as that pays.
+void polish(const Study& study, Hypothesis& hypothesis) {
+  if (hypothesis.effects.back().parameters.empty()) return;  // nothing was fitted beyond what it was added to
+  fit_on(study, hypothesis);
+  bool lowered = false, pays = false;
+  for (Hypothesis next = hypothesis; lower_ends(next) || (lowered && pays); hypothesis = next) {
+    lowered = true;
+    if (!fit_on(study, next)) break;
+    pays = next.chi2 < kGoesOn * hypothesis.chi2;
+  }
 }
 
 /// A form fitted from the solution of the one that it refines, and from the form's own typical sizes, with the plant as

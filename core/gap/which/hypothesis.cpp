@@ -154,6 +154,8 @@ Hypothesis fit_set(const Study& study, const Hypothesis& none, const std::vector
     std::optional<EffectCandidate> effect = in_plant(wanted, plant);
     if (!effect) return {};
     values.insert(values.end(), sizes.begin(), sizes.end());
+    for (std::size_t k = 0; k < sizes.size(); ++k)
+      if (FitParameter& own = effect->parameters[k]; own.lowered) own.least = std::min(own.least, sizes[k]);
     subset.parameters.insert(subset.parameters.end(), effect->parameters.begin(), effect->parameters.end());
     plant = effect->plant;
     subset.effects.push_back(std::move(*effect));

@@ -11,6 +11,26 @@ namespace {
 
 /// Relative size below which what is left of a column after projection is round-off.
 constexpr double kIndistinct = 1e-9;
+// A judgement: a change so many times as large as what is left may say little of smaller ones.
+constexpr double kLargeChange = 2;
+
+/// Change of the residual that a candidate makes at its typical size. @return false if it cannot be simulated
+bool change_of(const PlantFit& base, const std::vector<FitRecord>& records, const Plant& plant, Vector& change) {
+  if (!plant_residual(plant, records, base.initial_states, change)) return false;
+  change -= base.residual;
+  return true;
+}
+
+/// The same, of a share of that size.
+bool change_of_share(const PlantFit& base, const std::vector<FitRecord>& records, const EffectCandidate& candidate,
+                     double share, Vector& change) {
+  Plant plant = candidate.plant;
+  const std::string& strength = candidate.parameters.front().name;
+  set_parameter(plant, strength, candidate.ideal + share * (get_parameter(plant, strength) - candidate.ideal));
+  if (!change_of(base, records, plant, change)) return false;
+  change /= share;
+  return true;
+}
 
 }  // namespace
 
@@ -31,26 +51,42 @@ std::vector<Screened> screen(const PlantFit& base, const std::vector<FitRecord>&
   Matrix H = base.layout.gram(base.jacobian);
   H.diagonal() += base.precision;
   const Eigen::LDLT<Matrix> factor(H);
+  // What is expected of a candidate, by the change that it makes; nothing of one that re-tuning makes as well.
+  const auto expected = [&](std::size_t number, const Vector& change) {
+    Screened own;
+    own.candidate = number;
+    const Vector common = base.layout.transposed_times(base.jacobian, change);
+    const Vector followed = factor.solve(common);
+    const double size = change.squaredNorm() - common.dot(followed);
+    if (!(size > kIndistinct * change.squaredNorm())) return own;
+    const double along = change.dot(base.residual);
+    own.retuning = -followed.head(base.theta.size());
+    own.strength = -along / size;
+    if (own.strength > 0 || candidates[number].either_sign) own.gain = 0.5 * along * along / size;
+    return own;
+  };
+  const double left = base.residual.norm();
   std::vector<Screened> list(candidates.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, candidates.size(), 1), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      const EffectCandidate& candidate = candidates[i];
       list[i].candidate = i;
       Vector change;
       if (const auto before = known.find(keys[i]); before != known.end()) {
-        change = before->second.cast<double>();
-      } else {
-        if (!plant_residual(candidates[i].plant, records, base.initial_states, change)) continue;
-        change -= base.residual;
-        if (found) simulated[i] = change.cast<float>();
+        list[i] = expected(i, before->second.cast<double>());
+        continue;
       }
-      const Vector common = base.layout.transposed_times(base.jacobian, change);
-      const Vector followed = factor.solve(common);
-      const double own = change.squaredNorm() - common.dot(followed);
-      if (!(own > kIndistinct * change.squaredNorm())) continue;
-      const double along = change.dot(base.residual);
-      list[i].retuning = -followed.head(base.theta.size());
-      list[i].strength = -along / own;
-      if (list[i].strength > 0 || candidates[i].either_sign) list[i].gain = 0.5 * along * along / own;
+      if (!change_of(base, records, candidate.plant, change)) continue;
+      list[i] = expected(i, change);
+      // As large as what is left, the change may be another one.
+      const double share = left / change.norm();
+      if (Vector smaller; share < 1 / kLargeChange && candidate.proportional && !candidate.parameters.empty() &&
+                          change_of_share(base, records, candidate, share, smaller))
+        if (const Screened own = expected(i, smaller); own.gain > list[i].gain) {
+          list[i] = own;
+          change = std::move(smaller);
+        }
+      if (found) simulated[i] = change.cast<float>();
     }
   });
   for (std::size_t i = 0; i < simulated.size(); ++i)

@@ -26,7 +26,9 @@ std::vector<std::string> keys_of(const std::vector<EffectCandidate>& candidates)
 
 /// For each candidate the change c of the residual that its typical size makes, from the states of the base fit; what
 /// re-tuning could do as well is projected out: s = c'c - c'J (J'J + P)^-1 J'c, strength = -c'r / s, gain = (c'r)^2 /
-/// (2 s). Candidates whose size is not proportional, or is one-sided, gain nothing with a negative strength.
+/// (2 s). Candidates whose size is not proportional, or is one-sided, gain nothing with a negative strength. Of a
+/// proportional one whose change is larger than twice the residual, that of a size at which it is as large is asked as
+/// well, and taken where it gains more.
 /// @param base of fit_plant, over the same records   @return in descending order of gain
 /// Cost: one simulation of every record a candidate, shared out over the threads.
 /// @param known changes that are taken from there instead of from simulations

@@ -174,7 +174,7 @@ bool add_less_expected(const Search& search, double colour, const PlantFit* arou
   return !singles.fits.empty() && add_singles(search,
                                               extend(search.study, search.retuned,
                                                      {.shortlist = search.effort.fits,
-                                                      .forms = 1,
+                                                      .forms = 2,
                                                       .worth = 0,
                                                       .least = least_expected(search, colour),
                                                       .around = around,
