@@ -2,6 +2,7 @@
 wheelhop_tests(verdict wheelhop_verdict
   FILES
   lemma/decide.cpp
+  lemma/decide_sets.cpp
   lemma/posterior.cpp)
 wheelhop_tests(gap wheelhop_gap wheelhop_variants
   FILES
@@ -14,6 +15,7 @@ wheelhop_tests(gap wheelhop_gap wheelhop_variants
   lemma/closure.cpp
   lemma/pieces.cpp
   lemma/force_screen.cpp
+  lemma/sharp_friction.cpp
   lemma/tone.cpp
   lemma/ceiling.cpp
   conformance/effect_forms.cpp

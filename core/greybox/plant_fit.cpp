@@ -379,7 +379,8 @@ Vector free_start(const Plant& plant, const FitRecord& record, const Vector& res
   Vector grown = rest;
   for (Index samples = kBeginning * rest.size();; samples *= 2) {
     FitRecord beginning = part;
-    beginning.y.conservativeResize(Eigen::NoChange, std::min(part.skip + samples, part.y.cols()));
+    beginning.skip = 0;  // a drive that never moves is known from the first sample on
+    beginning.y.conservativeResize(Eigen::NoChange, std::min(samples, part.y.cols()));
     const PlantProblem problem(plant, {}, {beginning}, Vector::Ones(rest.size()));
     const Solution solution = solver.minimise(problem, grown, kStartIterations);
     if (solution.theta.size() == grown.size() && solution.theta.allFinite()) grown = solution.theta;

@@ -71,4 +71,22 @@ inline FreedEvidence freed(const Evidence& evidence, std::size_t tolerance, doub
   return out;
 }
 
+/// Re-tuning has left a gap as large as the noise, and friction in the suspension closes it.
+inline Evidence friction() {
+  Evidence evidence = evidence_with_gap(1);
+  evidence.singles = {single(evidence, "coulomb_friction", "suspension", 0.01),
+                      single(evidence, "hysteresis", "tyre", 0.6)};
+  return evidence;
+}
+
+/// Friction explains three quarters; with a tyre's damping all is explained.
+inline Evidence two_effects() {
+  Evidence evidence = evidence_with_gap(4);
+  evidence.singles = {single(evidence, "coulomb_friction", "suspension", 1),
+                      single(evidence, "tyre_damping", "tyre", 3)};
+  evidence.pairs = {pair(evidence, "coulomb_friction", "tyre_damping", "suspension", "tyre", 0.01),
+                    pair(evidence, "coulomb_friction", "time_delay", "suspension", "actuator", 0.9)};
+  return evidence;
+}
+
 }  // namespace wheelhop::test
