@@ -277,12 +277,15 @@ void name_effects(const Case& c, const Level& level, Verdict& verdict) {
       verdict.ambiguous_with.push_back(name);
 }
 
-/// Probability that a name is right although its form is not, of a set that leaves more than the noise: one where no
-/// more is left than `much_left`, down to `held_far` of what leaves far more.
+/// Probability that a name is right although its form leaves more than the noise: `held_far` of one that leaves far
+/// more than `much_left` and than `of_gap` of the gap, one where it leaves no more than either.
 double held_of_form(const Case& c, const CandidateEvidence& answer) {
-  const double left = answer.chi2 / c.evidence.samples - 1;
-  const double far = 1 - std::min(c.thresholds.much_left / std::max(left, c.thresholds.much_left), 1.0);
-  return 1 - far * (1 - c.thresholds.held_far);
+  const Thresholds& t = c.thresholds;
+  const double left = std::max(answer.chi2 / c.evidence.samples - 1, 0.0);
+  const double gap = c.evidence.retuned_chi2 / c.evidence.samples - 1;
+  const double beyond_noise = 1 - std::min(t.much_left / std::max(left, t.much_left), 1.0);
+  const double of_gap = gap > 0 ? std::min(left / (t.of_gap * gap), 1.0) : 1;
+  return 1 - beyond_noise * of_gap * (1 - t.held_far);
 }
 
 /// Probabilities of effects as often right as they say. What the named ones gain, their rivals lose. Where more than

@@ -143,8 +143,8 @@ struct Thresholds {
     visit("held_slope", held_slope, "-", "what an unexplained share takes from it", judgement,
           "an answer that explains a fifth has none");
     visit("held_far", held_far, "-",
-          "probability that a name is right although its form leaves far more than the noise; of a further effect that "
-          "of the one before it, times this",
+          "probability that a name is right although its form leaves far more than the noise and than `of_gap` of the "
+          "gap; of a further effect that of the one before it, times this",
           judgement,
           "looked at on 35 rigs of other simulators and 5 measured ones that leave more than twice the noise's power: "
           "of single names four of five were right, of further ones half");
