@@ -90,6 +90,13 @@ std::optional<Applied> law_in(const Plant& plant, const std::string& element, co
       if (!(law.values[k] > 0)) return std::nullopt;
       law.schedule = schedule_of_damper(*place, k);
     }
+  // What corrects a spring has that one's stiffness, likewise, where there is one.
+  for (std::size_t k = 0; added.kind->corrects_spring && k < law.values.size(); ++k)
+    if (added.kind->parameters[k].name == "stiffness_n_per_m") {
+      const auto spring = std::find_if(place->laws.begin(), place->laws.end(),
+                                       [](const Law& other) { return spring_stiffness(other) != nullptr; });
+      if (spring != place->laws.end()) law.values[k] = *spring_stiffness(*spring);
+    }
   place->laws.push_back(std::move(law));
   applied.law = law_name(*place, place->laws.size() - 1);
   return applied;

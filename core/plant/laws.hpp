@@ -102,6 +102,8 @@ struct LawKind {
   /// True if the law is the difference between a damper and the viscous one of the same damping: alone it may deliver
   /// energy (`dissipation` is signed), together they do not. Its damping follows that of the damper (set_parameter).
   bool is_correction = false;
+  /// True if it is the difference from a spring, likewise: its stiffness follows that of the spring.
+  bool corrects_spring = false;
   LawRole role = LawRole::force;
   LawMemory memory = {};  ///< with states, this alone gives the law's force, slopes, energy and dissipation
 

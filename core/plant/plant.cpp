@@ -141,17 +141,26 @@ const double* followed_slope(const Element& element, const Law& law, std::size_t
   return nullptr;
 }
 
-/// The damping of the viscous damper that number k of a law follows: that of a correction in the same element, as long
-/// as both are the same. nullptr: none.
+/// The number of another law of an element that number k of a law follows, as long as both are the same: of what
+/// corrects a damper its damping, of what corrects a spring its stiffness. nullptr: none.
 const double* followed(const Element& element, const Law& law, std::size_t k) {
-  if (!law.kind->is_correction || !is_damping(law, k)) return nullptr;
-  for (const Law& other : element.laws)
-    if (std::string_view(other.kind->name) == "viscous_damper" && other.values.front() == law.values[k])
-      return &other.values.front();
+  if (law.kind->is_correction && is_damping(law, k))
+    for (const Law& other : element.laws)
+      if (std::string_view(other.kind->name) == "viscous_damper" && other.values.front() == law.values[k])
+        return &other.values.front();
+  if (law.kind->corrects_spring && law.kind->parameters[k].name == "stiffness_n_per_m")
+    for (const Law& other : element.laws)
+      if (const double* stiffness = spring_stiffness(other); stiffness != nullptr && *stiffness == law.values[k])
+        return stiffness;
   return nullptr;
 }
 
 }  // namespace
+
+const double* spring_stiffness(const Law& law) {
+  const std::string_view kind = law.kind->name;
+  return kind == "linear_spring" || kind == "hardening_spring" ? &law.values.front() : nullptr;
+}
 
 bool turns(const Plant& plant, const std::string& mass) {
   for (const Point& point : plant.points)

@@ -133,6 +133,9 @@ Json to_json(const Plant& plant);
 /// True of a mass that rigid points carry with a negative weight, as they do a pitch or roll.
 bool turns(const Plant& plant, const std::string& mass);
 
+/// The stiffness [N/m] of a linear or hardening spring; nullptr of another law.
+const double* spring_stiffness(const Law& law);
+
 /// "suspension.viscous_damper", or "suspension.viscous_damper[2]" of a second law of one kind: what the names of a
 /// law's parameters begin with. @param law its number in the element
 std::string law_name(const Element& element, std::size_t law);
@@ -171,8 +174,8 @@ struct PlantParameter {
   double value = 0;
   double tolerance = default_tolerance;  ///< relative standard deviation of the value
   Range range = {};                      ///< admissible in a file
-  /// True of the damping of a law that corrects the viscous damper beside it, where both are the same: it moves with
-  /// that damper.
+  /// True of the damping of a law that corrects the viscous damper beside it, and of the stiffness of one that corrects
+  /// a spring, where both are the same: it moves with that damper or spring.
   bool follows = false;
 };
 

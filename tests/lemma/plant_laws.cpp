@@ -325,16 +325,21 @@ TEST_CASE("parameters outside their range are refused with path and known names"
   CHECK_THROWS_WITH(parse_plant(JsonCursor::from(plant, "plant.json")), Contains("$.elements[1].laws"));
 }
 
-TEST_CASE("what corrects a damper follows the damping of that damper, as long as both are the same") {
+TEST_CASE("what corrects a damper or a spring follows its damping or stiffness, as long as both are the same") {
   for (const LawKind& kind : law_table()) {
-    if (!kind.is_correction) continue;
+    if (!kind.is_correction && !kind.corrects_spring) continue;
+    CAPTURE(kind.name);
+    const std::string number = kind.is_correction ? "damping_ns_per_m" : "stiffness_n_per_m";
+    const std::string damper = "suspension.viscous_damper.damping_ns_per_m";
+    const std::string spring = "suspension.hardening_spring.stiffness_n_per_m";
+    const std::string &followed = kind.is_correction ? damper : spring, &other = kind.is_correction ? spring : damper;
     Plant plant = plant_from(quarter_car_text);
-    const double cold = get_parameter(plant, "suspension.viscous_damper.damping_ns_per_m");
+    const double cold = get_parameter(plant, followed);
     Law law{.kind = &kind, .values = {}};
     for (const LawParameter& parameter : kind.parameters) law.values.push_back(parameter.typical);
     std::size_t own = 0;
-    while (kind.parameters[own].name != "damping_ns_per_m") ++own;
-    const std::string name = "suspension." + std::string(kind.name) + ".damping_ns_per_m";
+    while (kind.parameters[own].name != number) ++own;
+    const std::string name = "suspension." + std::string(kind.name) + "." + number;
     law.values[own] = cold;
     plant.elements[0].laws.push_back(law);
     const auto follows = [&] {
@@ -345,17 +350,17 @@ TEST_CASE("what corrects a damper follows the damping of that damper, as long as
              std::count_if(list.begin(), list.end(), [](const auto& each) { return each.follows; }) == 1;
     };
     CHECK(follows());
-    for (const double damping : {1.7 * cold, 0.3 * cold, cold}) {
-      set_parameter(plant, "suspension.viscous_damper.damping_ns_per_m", damping);
-      CHECK(get_parameter(plant, name) == damping);
+    for (const double value : {1.7 * cold, 0.3 * cold, cold}) {
+      set_parameter(plant, followed, value);
+      CHECK(get_parameter(plant, name) == value);
     }
-    // One that was given another damping keeps it, and can be wrong by itself.
+    // One that was given another number keeps it, and can be wrong by itself.
     set_parameter(plant, name, 1.1 * cold);
-    set_parameter(plant, "suspension.viscous_damper.damping_ns_per_m", 2 * cold);
+    set_parameter(plant, followed, 2 * cold);
     CHECK(get_parameter(plant, name) == 1.1 * cold);
     CHECK_FALSE(follows());
-    // A spring of the same number is no damper.
-    set_parameter(plant, "suspension.hardening_spring.stiffness_n_per_m", 1.1 * cold);
+    // A spring of the same number is no damper, and a damper no spring.
+    set_parameter(plant, other, 1.1 * cold);
     CHECK(get_parameter(plant, name) == 1.1 * cold);
   }
 }

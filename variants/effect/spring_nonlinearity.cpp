@@ -2,6 +2,12 @@
 #include "variants/effect/effects.hpp"
 
 namespace wheelhop {
+namespace {
+
+// A judgement: a knee nearer to rest than this share of where the nearest usually are may as well be at rest.
+constexpr double kAtRest = 0.1;
+
+}  // namespace
 
 std::shared_ptr<const Effect> make_spring_nonlinearity(const EffectOptions&) {
   return effect_family("spring_nonlinearity", [](const Plant& plant, const Operation& operation,
@@ -32,8 +38,10 @@ std::shared_ptr<const Effect> make_spring_nonlinearity(const EffectOptions&) {
         EffectCandidate& candidate = list.back();
         const auto sized = [&](double nearest, double farthest, double softest, double hardest) {
           plausibly(candidate, "stiffness_n_per_m", softest, hardest);
-          for (std::size_t k = 1; k < moved.size(); ++k)
+          for (std::size_t k = 1; k < moved.size(); ++k) {
             plausibly(candidate, moved[k].first, nearest * own.travel_rms_m, farthest * own.travel_rms_m);
+            candidate.labels.back().plausible.back().least = kAtRest * nearest * own.travel_rms_m;
+          }
         };
         sized(0.15, 1.3, 0.05 * stiffness, 3 * stiffness);
         also_called(candidate, "bump_stop", "linear, " + form);

@@ -20,7 +20,8 @@
 /// | 3   | an effect is the most probable; sets grow from it as long as another effect        |                |
 /// |     | removes `grows` of what is left; named is the largest set of which each effect     |                |
 /// |     | removes `second` of what the others leave; of what may be the error of a form      |                |
-/// |     | (at most `worth_second` of the gap, entering at its place) further effects have to |                |
+/// |     | (at most `worth_second` of the gap, entering at its place, and bending nothing     |                |
+/// |     | elsewhere by `not_home`) further effects have to                                   |                |
 /// |     | leave less than `of_rest`, and count only at other places, or if one is elastic    |                |
 /// |     | and the other dissipative, or where less than `of_rest`^2 is left; then            |                |
 /// | 3a  |   a defining size is odd, but the effect explains the gap (`explains_well`)        | AtPlace, there |

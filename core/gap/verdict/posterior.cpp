@@ -260,9 +260,19 @@ bool enters_elsewhere(const Evidence& evidence, const CandidateEvidence& set, co
   return set.left_at_place > thresholds.elsewhere && !mask;
 }
 
+bool bends_elsewhere(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds) {
+  for (std::size_t i = 0; i < std::min(set.theta.size(), evidence.tolerances.size()); ++i)
+    if (std::abs(set.theta[i]) > thresholds.not_home &&
+        std::none_of(set.effects.begin(), set.effects.end(),
+                     [&](const EffectEvidence& effect) { return effect.location == evidence.tolerances[i].location; }))
+      return true;
+  return false;
+}
+
 bool within_form(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds) {
   const double gap = evidence.retuned_chi2 - evidence.samples;
-  return !(set.chi2 - evidence.samples > thresholds.worth_second * gap) && !enters_elsewhere(evidence, set, thresholds);
+  return !(set.chi2 - evidence.samples > thresholds.worth_second * gap) &&
+         !enters_elsewhere(evidence, set, thresholds) && !bends_elsewhere(evidence, set, thresholds);
 }
 
 bool worth_another(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds) {
@@ -277,6 +287,8 @@ bool differs_in_kind(const CandidateEvidence& set, std::size_t which) {
   for (std::size_t i = 0; i < set.effects.size(); ++i) {
     const EffectEvidence& other = set.effects[i];
     if (i == which || other.location != own.location) continue;
+    // A factor of an instrument is exact, and nothing of what its laws in time make.
+    if (is_path(own.location) && (own.effect == "gain_error") != (other.effect == "gain_error")) continue;
     if (!(own.elastic && other.dissipative) && !(own.dissipative && other.elastic)) return false;
   }
   return true;

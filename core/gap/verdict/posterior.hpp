@@ -103,6 +103,9 @@ double gap_left(const Evidence& evidence);
 
 /// True if what a set of effects leaves enters at none of their places, by an unknown signal's leftover.
 bool enters_elsewhere(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
+/// True if a parameter lies more than `not_home` tolerances off at a place where none of the set's effects acts: the
+/// error of a form bends what belongs to its own place.
+bool bends_elsewhere(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
 /// True if what a set leaves may be no more than the error of its forms.
 bool within_form(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
 /// Whether what a set leaves is worth the search for one more effect: much of the gap, more than the noise, or anything
@@ -111,8 +114,9 @@ bool worth_another(const Evidence& evidence, const CandidateEvidence& set, const
 /// True where these depend on `left_at_place` of the set, which is not known yet.
 bool asks_left_at_place(const Evidence& evidence, const CandidateEvidence& set, const Thresholds& thresholds);
 /// True if every other effect of a set at the place of this one is of the opposite kind, one elastic and one
-/// dissipative; also where there is no other. Neither can be the error of the other's form: what a spring's form does
-/// not fit is elastic too, and does no work in a cycle, whereas all that a damper's does not fit is work.
+/// dissipative, or one a factor of an instrument and one not; also where there is no other. Neither can be the error of
+/// the other's form: what a spring's form does not fit is elastic too, and does no work in a cycle, whereas all that a
+/// damper's does not fit is work.
 /// @param which number of the effect
 bool differs_in_kind(const CandidateEvidence& set, std::size_t which);
 /// Whether an effect of a set removes enough of what the others leave to be named.

@@ -45,7 +45,7 @@ std::string form_of(const Label& label, const Plant& fitted) {
 double Plausible::deviation(double value) const {
   constexpr double z90 = 1.6448536269514722;
   const double middle = 0.5 * std::log(low * high), spread = 0.5 * std::log(high / low) / z90;
-  return (std::log(std::max(std::abs(value - ideal), 1e-300)) - middle) / spread;
+  return (std::log(std::max({std::abs(value - ideal), least, 1e-300})) - middle) / spread;
 }
 
 EffectAt name_of(const EffectCandidate& candidate) { return name_of(candidate, candidate.label()); }

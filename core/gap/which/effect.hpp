@@ -19,6 +19,7 @@ struct Plausible {
   double low = 0, high = 0;  ///< 0 < low < high, of |value - ideal|
   double ideal = 0;
   bool defining = false;  ///< what lies far above is another effect, however well the equation fits
+  double least = 0;       ///< what is smaller counts as this: a gap may be none
   /// Standard deviations by which a value's logarithm lies off the middle.
   double deviation(double value) const;
 };

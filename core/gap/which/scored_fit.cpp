@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/greybox/force_scale.hpp"
 #include "core/plant/dataset.hpp"
 
 namespace wheelhop {
@@ -15,6 +16,8 @@ constexpr double kWorseHeldOut = 1.5;
 constexpr double kWorseByChance = 5;
 // A judgement: the fit of all records begins at the solution of some of them, and needs few iterations.
 constexpr Index kJointIterations = 6;
+// A judgement: fall of the priors' chi2 from which a fit goes on from another scale of all forces.
+constexpr double kWorthHome = 4;
 
 /// True where the held-out records fit so much worse than the fitted ones that what the fit does not know of its
 /// parameters may be the reason.
@@ -118,12 +121,33 @@ void try_states(const Study& study, const Solver& solver, FitOptions options, st
 
 }  // namespace
 
+namespace {
+
+/// Fits on from where a common factor of all forces, which motion does not tell, is most probable, if that is worth it.
+void bring_forces_home(const Study& study, const Solver& solver, const FitOptions& fitted, Hypothesis& hypothesis) {
+  PlantFit& fit = hypothesis.fit;
+  const Vector home = with_force_scale_at_home(fit.plant, hypothesis.start, hypothesis.parameters, fit.theta);
+  const auto prior = [&](const Vector& theta) {
+    return theta.cwiseAbs2().dot(fit.precision.head(theta.size())) / fit.dispersion;
+  };
+  if (!(prior(fit.theta) - prior(home) > kWorthHome)) return;
+  const PlantFit states = states_of(fit);
+  FitOptions on = fitted;
+  on.from = &states;
+  on.theta = home;
+  PlantFit other = fit_plant(hypothesis.start, hypothesis.parameters, study.data.fitted, solver, on);
+  if (!other.error.empty() && other.solution.cost < fit.solution.cost) fit = std::move(other);
+}
+
+}  // namespace
+
 bool fit_quickly(const Study& study, const Solver& solver, const FitOptions& fitted, const FitOptions& held_out,
                  Hypothesis& hypothesis) {
   PlantFit& fit = hypothesis.fit;
   PlantFit& apart = hypothesis.held_out;
   fit = fit_plant(hypothesis.start, hypothesis.parameters, study.data.fitted, solver, fitted);
   if (fit.error.empty()) return false;
+  bring_forces_home(study, solver, fitted, hypothesis);
   apart = fit_plant(fit.plant, {}, study.data.held_out, solver, held_out);
   // Where another plant began may lie too far away: from rest once more, and from where the plant arrives.
   const double most = kWorseHeldOut * std::max(fit.misfit, 1.0);

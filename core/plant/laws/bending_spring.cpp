@@ -50,6 +50,7 @@ LawKind bending_spring() {
     const double n = p[exponent] + 1;
     return p[stiffness] * (p[knee] * p[knee] / n * bent(p, x, 0.5 * n) - 0.5 * x * x);
   };
+  kind.corrects_spring = true;
   return kind;
 }
 
