@@ -205,14 +205,16 @@ std::optional<Level> grown(const Case& c, const CandidateEvidence& before) {
   const double gone = c.thresholds.of_rest * c.thresholds.of_rest * (before.chi2 - e.samples);
   if (!differs_in_kind(set, last) && within_form(e, before, c.thresholds) && set.chi2 - e.samples > gone) return {};
   // No effect of a set is named by a size that is not its own.
-  level.needed = effect_needed(e, set, last, before.chi2, c.thresholds) &&
+  const bool home = brings_home(e, before, set, c.thresholds);
+  level.needed = effect_needed(e, set, last, before.chi2, c.thresholds, home) &&
                  std::all_of(set.effects.begin(), set.effects.end(),
                              [&](const EffectEvidence& effect) { return odd_size(c, effect).empty(); });
   for (std::size_t i = 0; i <= last; ++i) {
     const double without = last == 1                     ? set.alone_chi2[1 - i]
                            : i < set.without_chi2.size() ? set.without_chi2[i]
                                                          : kUnknown;
-    level.needed = level.needed && (!std::isfinite(without) || effect_needed(e, set, i, without, c.thresholds));
+    level.needed =
+        level.needed && (!std::isfinite(without) || effect_needed(e, set, i, without, c.thresholds, home && i == last));
   }
   return level;
 }

@@ -295,13 +295,19 @@ bool differs_in_kind(const CandidateEvidence& set, std::size_t which) {
 }
 
 bool effect_needed(const Evidence& evidence, const CandidateEvidence& set, std::size_t which, double chi2_without,
-                   const Thresholds& thresholds) {
+                   const Thresholds& thresholds, bool home) {
   // At one place another effect may be no more than what the first one's form does not fit, unless it is of the other
-  // kind: it has to do better.
-  const double remains = chi2_without - evidence.samples;
+  // kind: it has to do better. One that brings parameters home is not asked about residuals that are no less without.
+  const double form = home ? std::max(set.chi2 - set.prior_chi2 - evidence.samples, 0.0) : 0.0;
+  const double remains = chi2_without - evidence.samples - form;
   return chi2_without - set.chi2 >
          std::max((differs_in_kind(set, which) ? thresholds.second : thresholds.second_there) * remains,
                   thresholds.notice * chance_of(evidence));
+}
+
+bool brings_home(const Evidence& evidence, const CandidateEvidence& before, const CandidateEvidence& set,
+                 const Thresholds& thresholds) {
+  return bends_elsewhere(evidence, before, thresholds) && !bends_elsewhere(evidence, set, thresholds);
 }
 
 std::vector<RankedCandidate> ranked_sets(const Evidence& evidence, const std::vector<CandidateEvidence>& sets,

@@ -120,9 +120,13 @@ bool asks_left_at_place(const Evidence& evidence, const CandidateEvidence& set, 
 /// @param which number of the effect
 bool differs_in_kind(const CandidateEvidence& set, std::size_t which);
 /// Whether an effect of a set removes enough of what the others leave to be named.
-/// @param which number of the effect   @param chi2_without of the others
+/// @param which number of the effect   @param chi2_without of the others   @param home as of `brings_home`
 bool effect_needed(const Evidence& evidence, const CandidateEvidence& set, std::size_t which, double chi2_without,
-                   const Thresholds& thresholds);
+                   const Thresholds& thresholds, bool home = false);
+/// True if a parameter lies far off elsewhere without the last effect of a set, and none does with it: a factor that
+/// the records hardly tell from the parameters is told by their tolerances alone.
+bool brings_home(const Evidence& evidence, const CandidateEvidence& before, const CandidateEvidence& set,
+                 const Thresholds& thresholds);
 /// Sets of one effect more than `before`, ranked.
 std::vector<RankedCandidate> ranked_sets(const Evidence& evidence, const std::vector<CandidateEvidence>& sets,
                                          const CandidateEvidence& before, const Thresholds& thresholds);

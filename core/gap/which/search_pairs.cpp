@@ -224,7 +224,7 @@ Candidates find_pairs(const Search& search, const Changes& changes, Candidates b
   // Around a plant that was bent by a gross fault, or to the end by what is missing, candidates change other things
   // than beside an effect.
   const Changes anew;
-  const Changes& known = evidence.gross_faults.empty() && !evidence.retuned_stopped ? changes : anew;
+  const bool near = evidence.gross_faults.empty() && !evidence.retuned_stopped;
   for (int count = 0; count < search.effort.searches; ++count) {
     pairs = {};
     const std::vector<RankedCandidate> ranked = ranked_effects(search, evidence);
@@ -237,6 +237,8 @@ Candidates find_pairs(const Search& search, const Changes& changes, Candidates b
           left_at_place(search, singles.fit_of(index));
     const CandidateEvidence first = evidence.singles[index];
     if (!worth_another(evidence, first, search.thresholds)) return pairs;
+    // What brings bent parameters home changes hardly more than these do together.
+    const Changes& known = near && !bends_elsewhere(evidence, first, search.thresholds) ? changes : anew;
     const std::vector<std::size_t> numbers = firsts(search, ranked, singles);
     if (!before.fits.empty() && same_singles(before.read, read_by_search(numbers, singles, before))) return before;
     for (Hypothesis& pair : pairs_of(search, ranked, numbers, known, singles))
@@ -245,7 +247,8 @@ Candidates find_pairs(const Search& search, const Changes& changes, Candidates b
     pairs.read = read_by_search(numbers, singles, pairs);
     // By chi2 alone the best pair may be one of implausible sizes.
     const std::size_t best = ranked_sets(evidence, pairs.evidence, first, search.thresholds).front().index;
-    if (!effect_needed(evidence, pairs.evidence[best], 1, first.chi2, search.thresholds)) return pairs;
+    const bool home = brings_home(evidence, first, pairs.evidence[best], search.thresholds);
+    if (!effect_needed(evidence, pairs.evidence[best], 1, first.chi2, search.thresholds, home)) return pairs;
     // Backward elimination: the screen, around a plant that is bent by all that is missing, may have found one effect
     // only beside another that nothing needs, or a better fit of one than before.
     std::vector<Hypothesis> alone(2);
@@ -256,7 +259,8 @@ Candidates find_pairs(const Search& search, const Changes& changes, Candidates b
     for (const std::size_t kept : {1U, 0U}) {
       if (alone[kept].fit.error.empty()) continue;
       pairs.evidence[best].alone_chi2[kept] = alone[kept].chi2;
-      if (again || effect_needed(evidence, pairs.evidence[best], 1 - kept, alone[kept].chi2, search.thresholds))
+      if (again || effect_needed(evidence, pairs.evidence[best], 1 - kept, alone[kept].chi2, search.thresholds,
+                                 home && kept == 0))
         continue;
       again = replace(search, alone[kept], evidence, singles);
     }
