@@ -11,6 +11,7 @@ wheelhop_tests(gap wheelhop_gap wheelhop_variants
   lemma/continuous_drive.cpp
   lemma/coupling_start.cpp
   lemma/plant_fit.cpp
+  lemma/force_scale.cpp
   lemma/hypothesis.cpp lemma/parameter_label.cpp
   lemma/closure.cpp
   lemma/pieces.cpp

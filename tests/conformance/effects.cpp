@@ -243,6 +243,18 @@ TEST_CASE("a spring that the plant does not know is offered beside a damper alon
   CHECK(stiffness == Approx(0.1 * c.operation.elements[0].force_rms_n / c.operation.elements[0].travel_rms_m));
 }
 
+TEST_CASE("a spring to the ground is offered at every mass that no other joins to it, but at no wheel") {
+  const Case c = make_case(quarter_car_text, 0.005);
+  std::vector<Place> places;
+  for (const EffectCandidate& own : effect_candidates(c.plant, c.operation))
+    if (own.label().effect == "added_stiffness") {
+      places.push_back(own.location);
+      CHECK(stiffness_at_rest(own.plant.elements.back()) > 0);
+      CHECK(own.plant.elements.back().from == "ground");
+    }
+  CHECK(places == std::vector<Place>{guide_place("body")});
+}
+
 TEST_CASE("a mount over a moving base and the columns of a frame are no tyres, what carries a wheel is one") {
   Random random = numbers(641);
   for (int trial = 0; trial < 20; ++trial) {

@@ -291,3 +291,36 @@ TEST_CASE("the more of a gap the form of a name leaves, the less probable it is,
   evidence.singles = {single(evidence, "coulomb_friction", "suspension", 100)};
   CHECK(decide(evidence).suspects.front().probability > 0.97);
 }
+
+TEST_CASE(
+    "a factor of an instrument beside its law in time is another kind, and two laws in time are one form's error") {
+  const auto told = [](const char* one, const char* other, double left) {
+    Evidence evidence = evidence_with_gap(100);
+    evidence.places[0].location = "sensor:travel"_at;
+    evidence.singles = {single(evidence, one, "sensor:travel", 5)};
+    evidence.pairs = {pair(evidence, one, other, "sensor:travel", "sensor:travel", left)};
+    return decide(evidence).named.size();
+  };
+  CHECK(told("sensor_lag", "gain_error", 0.1) == 2);
+  CHECK(told("gain_error", "high_pass", 0.1) == 2);
+  CHECK(told("sensor_lag", "time_delay", 0.1) == 1);
+  CHECK(told("sensor_lag", "gain_error", 0.8) == 1);  // not nearly whole
+}
+
+TEST_CASE("a second effect that brings home what the first bends elsewhere is named for what the tolerances tell") {
+  // The first leaves 2 % of the noise and a bent body beyond that, of which the second takes the bend alone.
+  const auto told = [](double bent, double home, const char* second_at) {
+    Evidence evidence = evidence_with_gap(100);
+    evidence.singles = {single(evidence, "bump_stop", "suspension", 0.06)};
+    evidence.singles[0].theta = {bent, 0, 0};
+    evidence.singles[0].prior_chi2 = bent * bent;
+    evidence.pairs = {pair(evidence, "bump_stop", "gain_error", "suspension", second_at, 0.03)};
+    evidence.pairs[0].theta = {home, 0, 0};
+    evidence.pairs[0].prior_chi2 = home * home;
+    evidence.pairs[0].alone_chi2 = {evidence.singles[0].chi2, evidence.retuned_chi2};
+    return decide(evidence).named.size();
+  };
+  CHECK(told(18, 0.5, "actuator") == 2);
+  CHECK(told(18, 16, "actuator") == 1);    // it stays away
+  CHECK(told(0.5, 0.5, "actuator") == 1);  // nothing is bent, and half of what a form leaves says little
+}
