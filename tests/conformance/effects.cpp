@@ -140,8 +140,8 @@ TEST_CASE("a mass that no element joins to the ground has a guide, and every law
       CHECK((there - base).norm() > 1e-3 * c.record.y.norm());
     }
   }
-  CHECK(seen ==
-        std::set<EffectId>{"added_damping", "bump_stop", "coulomb_friction", "damper_nonlinearity", "hysteresis"});
+  CHECK(seen == std::set<EffectId>{"added_damping", "added_stiffness", "bump_stop", "coulomb_friction",
+                                   "damper_nonlinearity", "hysteresis"});
 }
 
 TEST_CASE("places of laws: all elements, and a guide for each mass that neither turns nor stands on the ground") {
