@@ -14,7 +14,7 @@ namespace wheelhop {
 /// @param plant fitted: the values from which s counts   @param start where theta counts from   @param theta of the fit
 /// @return theta with the s at which the priors, sum (theta / prior_std)^2, are least; theta itself where the records
 /// tell forces (a force sensor, a force drive whose gain is not fitted, or whose path is not linear), where a number
-/// that belongs to them is not fitted, or where one would leave its range.
+/// that belongs to them is not fitted, or where one would move farther than `kFarthest` or below its `least`.
 Vector with_force_scale_at_home(const Plant& plant, const Plant& start, const std::vector<FitParameter>& parameters,
                                 const Vector& theta);
 

@@ -355,9 +355,10 @@ class PlantProblem final : public ResidualProblem {
 };
 
 /// Initial state of a record whose drive never moves, such as a free decay: the one of least squares, linearised around
-/// rest. Rest itself where the readings do not tell it. Around rest a plant that slips and sticks is another one than
-/// in motion: where the linear plant says little of what its state leaves, the state is fitted to a beginning of the
-/// record, and to longer and longer ones from there on. @param rest [q; v]
+/// rest. Rest itself where the readings do not tell it. A plant with friction
+/// sticks at rest, so that linearised there it says nothing of its motion: where the estimate leaves more than the
+/// linear plant foretold, the state is fitted to the beginning of the record instead, and from there to longer and
+/// longer beginnings. @param rest [q; v] [m, m/s]   @return likewise. Cost: some fits of the states of one record
 Vector free_start(const Plant& plant, const FitRecord& record, const Vector& rest, const Solver& solver) {
   const FitRecord part = remembered_part(plant, {record}).front();
   Matrix J(part.y.rows() * (part.y.cols() - part.skip), rest.size());

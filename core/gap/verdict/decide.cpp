@@ -201,7 +201,7 @@ std::optional<Level> grown(const Case& c, const CandidateEvidence& before) {
   if (!(removes > std::max(c.thresholds.grows * (before.chi2 - e.samples), c.thresholds.notice * chance_of(e))))
     return {};
   // Where the error of a form enters, another effect is no more than a better form, unless it is of the other kind, or
-  // what was left is gone to the square of the share that a better form may leave elsewhere.
+  // leaves next to nothing: of_rest of the share that counts as nearly whole elsewhere.
   const double gone = c.thresholds.of_rest * c.thresholds.of_rest * (before.chi2 - e.samples);
   if (!differs_in_kind(set, last) && within_form(e, before, c.thresholds) && set.chi2 - e.samples > gone) return {};
   // No effect of a set is named by a size that is not its own.

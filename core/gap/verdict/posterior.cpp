@@ -287,7 +287,7 @@ bool differs_in_kind(const CandidateEvidence& set, std::size_t which) {
   for (std::size_t i = 0; i < set.effects.size(); ++i) {
     const EffectEvidence& other = set.effects[i];
     if (i == which || other.location != own.location) continue;
-    // A factor of an instrument is exact, and nothing of what its laws in time make.
+    // A wrong factor of an instrument looks nothing like a delay or a lag of it, and its form has no error.
     if (is_path(own.location) && (own.effect == "gain_error") != (other.effect == "gain_error")) continue;
     if (!(own.elastic && other.dissipative) && !(own.dissipative && other.elastic)) return false;
   }
@@ -297,7 +297,8 @@ bool differs_in_kind(const CandidateEvidence& set, std::size_t which) {
 bool effect_needed(const Evidence& evidence, const CandidateEvidence& set, std::size_t which, double chi2_without,
                    const Thresholds& thresholds, bool home) {
   // At one place another effect may be no more than what the first one's form does not fit, unless it is of the other
-  // kind: it has to do better. One that brings parameters home is not asked about residuals that are no less without.
+  // kind: it has to do better. Of one that brings parameters home only the priors count: what the set leaves of the
+  // residuals is taken off.
   const double form = home ? std::max(set.chi2 - set.prior_chi2 - evidence.samples, 0.0) : 0.0;
   const double remains = chi2_without - evidence.samples - form;
   return chi2_without - set.chi2 >

@@ -78,7 +78,7 @@ std::vector<Screened> screen(const PlantFit& base, const std::vector<FitRecord>&
       }
       if (!change_of(base, records, candidate.plant, change)) continue;
       list[i] = expected(i, change);
-      // As large as what is left, the change may be another one.
+      // A nonlinear effect may change something else at a size at which its change is as large as the residual.
       const double share = left / change.norm();
       if (Vector smaller; share < 1 / kLargeChange && candidate.proportional && !candidate.parameters.empty() &&
                           change_of_share(base, records, candidate, share, smaller))

@@ -237,7 +237,8 @@ Candidates find_pairs(const Search& search, const Changes& changes, Candidates b
           left_at_place(search, singles.fit_of(index));
     const CandidateEvidence first = evidence.singles[index];
     if (!worth_another(evidence, first, search.thresholds)) return pairs;
-    // What brings bent parameters home changes hardly more than these do together.
+    // An effect that parameters imitate is told by the small rest that they cannot, and changes that were seen around
+    // another plant are too inexact for that.
     const Changes& known = near && !bends_elsewhere(evidence, first, search.thresholds) ? changes : anew;
     const std::vector<std::size_t> numbers = firsts(search, ranked, singles);
     if (!before.fits.empty() && same_singles(before.read, read_by_search(numbers, singles, before))) return before;
