@@ -63,17 +63,23 @@ EffectCandidate changed(const Plant& plant, const std::string& parameter, double
   return candidate;
 }
 
+/// Every candidate with every one before it.
+std::vector<CandidatePair> all_pairs(std::size_t candidates) {
+  std::vector<CandidatePair> pairs;
+  for (std::uint32_t a = 0; a < candidates; ++a)
+    for (std::uint32_t b = 0; b < a; ++b) pairs.push_back({a, b});
+  return pairs;
+}
+
 Visibility seen_with(const Plant& plant, const std::vector<EffectCandidate>& candidates,
                      const std::vector<FitRecord>& records) {
-  Matrix sum;
-  const Responses r =
-      responses(plant, candidates, {}, records, 1e9, [&](const Responses&, Index sensor, const Matrix& gram) {
-        if (sensor == 0) sum = Matrix::Zero(gram.rows(), gram.cols());
-        sum += gram;
-      });
+  Products sum;
+  const std::vector<CandidatePair> pairs = all_pairs(candidates.size());
+  const Responses r = responses(plant, candidates, {}, records, {.pairs = pairs},
+                                [&](const Responses&, Index, const Products& products) { sum.add(products); });
   INFO(r.message);
   REQUIRE(r.status == Status::ok);
-  return visibility(r, sum, plant.sensor_count());
+  return visibility(r, sum, pairs, plant.sensor_count());
 }
 
 }  // namespace
@@ -126,38 +132,81 @@ TEST_CASE("sizes go with one over the noise, cosines are symmetric and in [-1, 1
     CHECK(quieter.size(i) <= 100 * quiet.size(i) * (1 + 1e-9));
     CHECK(quieter.size(i) == Approx(100 * quiet.size(i)).epsilon(0.1));
   }
-  CHECK((quiet.cosine - quiet.cosine.transpose()).norm() == 0);
   CHECK(quiet.cosine.cwiseAbs().maxCoeff() <= 1);
-  CHECK(quiet.cosine(0, quiet.cosine.cols() - 1) == Approx(1).epsilon(1e-9));
+  const auto cosine = [&](std::size_t a, std::size_t b) {
+    const auto [low, high] = std::minmax(a, b);
+    return quiet.cosine(static_cast<Index>(high * (high - 1) / 2 + low));
+  };
+  CHECK(cosine(0, candidates.size() - 1) == Approx(1).epsilon(1e-9));
   const auto index = [&](const EffectId& effect) {
     const auto found = std::find_if(candidates.begin(), candidates.end(), [&](const EffectCandidate& candidate) {
       return candidate.label().effect == effect;
     });
-    return static_cast<Index>(found - candidates.begin());
+    return static_cast<std::size_t>(found - candidates.begin());
   };
   // What an asymmetric damper does is even, friction is odd.
-  CHECK(std::abs(quiet.cosine(index("damper_asymmetry"), index("coulomb_friction"))) < 0.3);
+  CHECK(std::abs(cosine(index("damper_asymmetry"), index("coulomb_friction"))) < 0.3);
 }
 
 TEST_CASE("what a sensor tells is the same however little memory there is, in one pass over the sensors or in many") {
   const Plant plant = plant_from(quarter_car_text);
   const std::vector<FitRecord> records = drive_of(plant, 0.004, 4, 4);
   const std::vector<EffectCandidate> candidates = some_of(plant, {"damper_asymmetry", "sensor_lag"});
-  const auto grams_in = [&](double bytes) {
-    std::vector<Matrix> grams;
-    const Responses r = responses(plant, candidates, {}, records, bytes,
-                                  [&](const Responses&, Index, const Matrix& gram) { grams.push_back(gram); });
+  const std::vector<CandidatePair> pairs = all_pairs(candidates.size());
+  const auto products_in = [&](double bytes, const std::vector<CandidatePair>& wanted, Index first = 0) {
+    std::vector<Products> products;
+    const Responses r = responses(plant, candidates, {}, records, {first, wanted, bytes},
+                                  [&](const Responses&, Index, const Products& seen) { products.push_back(seen); });
     REQUIRE(r.status == Status::ok);
-    return grams;
+    return products;
   };
-  const std::vector<Matrix> one = grams_in(1e9), many = grams_in(1);
+  const std::vector<Products> one = products_in(1e9, pairs), many = products_in(1, pairs);
   REQUIRE(one.size() == plant.sensors.size());
   REQUIRE(many.size() == one.size());
   for (std::size_t s = 0; s < one.size(); ++s) {
-    CHECK(one[s] == many[s]);
-    CHECK(one[s].diagonal().minCoeff() >= 0);
-    CHECK(one[s].norm() > 0);
+    CHECK(one[s].tangents == many[s].tangents);
+    CHECK(one[s].squares == many[s].squares);
+    CHECK(one[s].pairs == many[s].pairs);
+    CHECK(one[s].squares.minCoeff() >= 0);
+    CHECK(one[s].squares.norm() > 0);
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const double most = std::sqrt(one[s].squares(pairs[k][0]) * one[s].squares(pairs[k][1]));
+      CHECK(std::abs(one[s].pairs(static_cast<Index>(k))) <= most * (1 + 1e-9));
+    }
   }
+  // A pair's product does not depend on the pairs that are asked for beside it, nor on the sensors before its own.
+  const std::vector<Products> few = products_in(1e9, {pairs.back()}, 1);
+  REQUIRE(few.size() + 1 == one.size());
+  for (std::size_t s = 0; s < few.size(); ++s) {
+    CHECK(few[s].tangents == one[s + 1].tangents);
+    CHECK(few[s].pairs(0) == one[s + 1].pairs(one[s + 1].pairs.size() - 1));
+  }
+}
+
+TEST_CASE("copies of a candidate have its products, in whichever block of columns they stand") {
+  const Plant plant = plant_from(quarter_car_text);
+  const std::vector<FitRecord> records = drive_of(plant, 0.004, 4, 1);
+  const std::vector<EffectCandidate> few = some_of(plant, {"damper_asymmetry", "coulomb_friction", "sensor_lag"});
+  std::vector<EffectCandidate> copies;
+  while (copies.size() < 600) copies.insert(copies.end(), few.begin(), few.end());
+  const std::vector<CandidatePair> pairs = all_pairs(copies.size());
+  responses(plant, copies, {}, records, {.pairs = pairs}, [&](const Responses&, Index sensor, const Products& seen) {
+    CAPTURE(sensor);
+    double worst = 0;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const std::size_t a = pairs[k][0] % few.size(), b = pairs[k][1] % few.size();
+      const auto [low, high] = std::minmax(a, b);
+      const double first =
+          a == b ? seen.squares(static_cast<Index>(a)) : seen.pairs(static_cast<Index>(high * (high - 1) / 2 + low));
+      const double scale = std::sqrt(seen.squares(static_cast<Index>(a)) * seen.squares(static_cast<Index>(b)));
+      worst = std::max(worst, std::abs(seen.pairs(static_cast<Index>(k)) - first) / scale);
+    }
+    CHECK(worst < 1e-9);
+    const Index tangents = seen.tangents.rows(), count = static_cast<Index>(few.size());
+    const auto last = static_cast<Index>(copies.size()) - count;
+    CHECK((seen.tangents.middleCols(tangents, count) - seen.tangents.middleCols(tangents + last, count)).norm() <=
+          1e-9 * seen.tangents.middleCols(tangents, count).norm());
+  });
 }
 
 TEST_CASE("friction grows against the response as the level falls") {

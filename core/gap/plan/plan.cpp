@@ -19,7 +19,7 @@ namespace wheelhop {
 namespace {
 
 constexpr double kAssumedNoise = 0.01;  // of the RMS of an output
-constexpr double kColumnBytes = 5e8;    // that the responses of all candidates may take at once, a judgement
+constexpr double kColumnBytes = 1e8;    // that the responses of all candidates may take at once, a judgement
 constexpr double kComparable = 0.5;     // share of the best form's size from which a form counts in comparisons
 
 /// The forms of one effect at one place.
@@ -43,39 +43,90 @@ std::vector<Forms> groups_of(const std::vector<EffectCandidate>& candidates) {
   return groups;
 }
 
+/// Pairs of effects, and of the forms of each: those of pair k are forms[first[k]] to forms[first[k + 1] - 1].
+struct Comparisons {
+  std::vector<EffectPair> effects = {};
+  std::vector<std::size_t> first = {0};
+  std::vector<CandidatePair> forms = {};
+
+  Index begin(std::size_t k) const { return static_cast<Index>(first[k]); }
+  Index count(std::size_t k) const { return static_cast<Index>(first[k + 1] - first[k]); }
+};
+
+void add_pair(const std::vector<Forms>& groups, EffectPair pair, Comparisons& comparisons) {
+  for (const std::size_t a : groups[std::max(pair[0], pair[1])].candidates)
+    for (const std::size_t b : groups[std::min(pair[0], pair[1])].candidates)
+      comparisons.forms.push_back(
+          {static_cast<std::uint32_t>(std::max(a, b)), static_cast<std::uint32_t>(std::min(a, b))});
+  comparisons.effects.push_back(pair);
+  comparisons.first.push_back(comparisons.forms.size());
+}
+
+Comparisons all_pairs(const std::vector<Forms>& groups) {
+  Comparisons all;
+  for (std::size_t i = 0; i < groups.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) add_pair(groups, {i, j}, all);
+  return all;
+}
+
+/// Those that look alike as planned, then those that are compared in any case.
+Comparisons pairs_for_menu(const std::vector<Forms>& groups, const Plan& plan,
+                           const std::vector<EffectPair>& compared) {
+  Comparisons some;
+  for (const PlanPair& pair : plan.pairs) add_pair(groups, {pair.a, pair.b}, some);
+  for (const EffectPair& pair : compared) add_pair(groups, pair, some);
+  return some;
+}
+
+/// The products of some pairs, out of those of all.
+Products among(const Products& known, const Comparisons& all, const Comparisons& some) {
+  Products out{known.tangents, known.squares, Vector(static_cast<Index>(some.forms.size()))};
+  for (std::size_t k = 0; k < some.effects.size(); ++k) {
+    const auto [low, high] = std::minmax(some.effects[k][0], some.effects[k][1]);
+    out.pairs.segment(some.begin(k), some.count(k)) =
+        known.pairs.segment(all.begin(high * (high - 1) / 2 + low), some.count(k));
+  }
+  return out;
+}
+
 PlanView view_of(std::string name, const std::vector<Forms>& groups, const std::vector<EffectCandidate>& candidates,
                  const Visibility& seen) {
   PlanView view;
   view.name = std::move(name);
   view.parameter_std = seen.parameter_std;
   view.parameter_cosine = seen.parameter_cosine;
-  const auto size = [&](std::size_t candidate) { return seen.size(static_cast<Index>(candidate)); };
   for (const Forms& group : groups) {
     PlannedEffect best{group.effect, group.location, "", std::numeric_limits<double>::quiet_NaN()};
-    for (const std::size_t c : group.candidates)
-      if (!(size(c) <= best.size_sigma) && std::isfinite(size(c))) {
-        best.form = form_of(candidates[c].label(), candidates[c].plant);
-        best.size_sigma = size(c);
-      }
+    for (const std::size_t c : group.candidates) {
+      const double size = seen.size(static_cast<Index>(c));
+      if (size <= best.size_sigma || !std::isfinite(size)) continue;
+      best.form = form_of(candidates[c].label(), candidates[c].plant);
+      best.size_sigma = size;
+    }
     view.effects.push_back(std::move(best));
   }
-  const Index count = static_cast<Index>(groups.size());
-  view.cosine = Matrix::Identity(count, count);
-  const auto counts = [&](std::size_t group, std::size_t candidate) {
-    return size(candidate) >= kComparable * view.effects[group].size_sigma;
-  };
-  for (std::size_t i = 0; i < groups.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) {
-      double most = 0;
-      for (const std::size_t a : groups[i].candidates)
-        for (const std::size_t b : groups[j].candidates) {
-          const double cosine = seen.cosine(static_cast<Index>(a), static_cast<Index>(b));
-          if (counts(i, a) && counts(j, b) && std::abs(cosine) > std::abs(most)) most = cosine;
-        }
-      view.cosine(static_cast<Index>(i), static_cast<Index>(j)) = most;
-      view.cosine(static_cast<Index>(j), static_cast<Index>(i)) = most;
-    }
   return view;
+}
+
+/// Of each pair of effects, that of the two forms most alike among those that show about as much as the best.
+std::vector<double> cosines_of(const PlanView& view, const std::vector<Forms>& groups, const Comparisons& pairs,
+                               const Visibility& seen) {
+  const auto counts = [&](std::size_t group, std::size_t candidate) {
+    return seen.size(static_cast<Index>(candidate)) >= kComparable * view.effects[group].size_sigma;
+  };
+  std::vector<double> cosines;
+  for (std::size_t k = 0; k < pairs.effects.size(); ++k) {
+    const auto [low, high] = std::minmax(pairs.effects[k][0], pairs.effects[k][1]);
+    double most = 0;
+    Index at = pairs.begin(k);
+    for (const std::size_t a : groups[high].candidates)
+      for (const std::size_t b : groups[low].candidates) {
+        const double cosine = seen.cosine(at++);
+        if (counts(high, a) && counts(low, b) && std::abs(cosine) > std::abs(most)) most = cosine;
+      }
+    cosines.push_back(most);
+  }
+  return cosines;
 }
 
 /// A further sensor is as noisy as the worst of its kind in the plant; without one, 1 % of what it reads.
@@ -99,21 +150,6 @@ std::vector<FitRecord> shortened(const Plant& plant, std::vector<FitRecord> reco
   }
   return records;
 }
-
-/// Sum of the products of sensors, each times a factor.
-class Sum {
- public:
-  explicit Sum(double factor) : factor_(factor) {}
-  void add(const Matrix& gram) {
-    if (sum_.size() == 0) sum_ = Matrix::Zero(gram.rows(), gram.cols());
-    sum_ += factor_ * gram;
-  }
-  const Matrix& value() const { return sum_; }
-
- private:
-  double factor_;
-  Matrix sum_;
-};
 
 /// Noise of the sensors that could be added, behind that of the plant's own.
 Status add_noise_of(const Plant& plant, const std::vector<Sensor>& added, std::vector<FitRecord>& records,
@@ -175,37 +211,67 @@ Plan plan_test(const Plant& plant, const std::vector<FitRecord>& records, Index 
     if (step) step(what);
   };
 
-  const auto view = [&](const std::string& name, const Responses& known, const Matrix& gram) {
-    return view_of(name, groups, candidates, visibility(known, gram, own));
-  };
-  // Of an item of the menu only what it says of pairs that look alike as planned is kept.
-  std::vector<PlanItem> menu;
-  const auto offer = [&](PlanView seen) { menu.push_back(judged(std::move(seen), plan, options.compared)); };
-
   say("the test as planned");
+  Products once;
+  Comparisons pairs = all_pairs(groups);
+  const auto see = [&](const Responses& known, const Products& products) {
+    return visibility(known, products, pairs.forms, own);
+  };
+  const Responses planned = responses(plant, candidates, {}, records, {.pairs = pairs.forms, .bytes = kColumnBytes},
+                                      [&](const Responses&, Index, const Products& of_sensor) { once.add(of_sensor); });
+  plan.status = planned.status;
+  plan.message = planned.message;
+  if (plan.status != Status::ok) return plan;
+  {
+    const Visibility seen = see(planned, once);
+    plan.planned = view_of("as planned", groups, candidates, seen);
+    const std::vector<double> cosines = cosines_of(plan.planned, groups, pairs, seen);
+    const Index count = static_cast<Index>(groups.size());
+    plan.planned.cosine = Matrix::Identity(count, count);
+    for (std::size_t k = 0; k < cosines.size(); ++k) {
+      const auto i = static_cast<Index>(pairs.effects[k][0]), j = static_cast<Index>(pairs.effects[k][1]);
+      plan.planned.cosine(i, j) = plan.planned.cosine(j, i) = cosines[k];
+    }
+  }
+  plan.pairs = pairs_of(plan.planned);
+
+  // Of an item of the menu only what it says of pairs that look alike as planned is kept.
+  {
+    Comparisons some = pairs_for_menu(groups, plan, options.compared);
+    once = among(once, pairs, some);
+    pairs = std::move(some);
+  }
+  std::vector<PlanItem> menu;
+  const auto item = [&](const std::string& name, const Responses& known, const Products& products) {
+    const Visibility seen = see(known, products);
+    PlanView view = view_of(name, groups, candidates, seen);
+    std::vector<double> cosines = cosines_of(view, groups, pairs, seen);
+    return judged(std::move(view), std::move(cosines), plan);
+  };
+  const double more = repeats < 4 ? 4 : 2 * static_cast<double>(repeats);
+  Products repeated;
+  repeated.add(once, more / static_cast<double>(repeats));
+  menu.push_back(item(fmt::format("with {:g} repeats of the drive", more), planned, repeated));
+
   std::vector<Sensor> added;
   const std::vector<MenuSensor> sensors = menu_sensors(plant);
   for (const MenuSensor& sensor : sensors) added.push_back(sensor.sensor);
   std::vector<FitRecord> read = records;
   plan.status = add_noise_of(plant, added, read, plan.message);
   if (plan.status != Status::ok) return plan;
-  const double more = repeats < 4 ? 4 : 2 * static_cast<double>(repeats);
-  Sum once(1), repeated(more / static_cast<double>(repeats));
-  const Responses planned = responses(
-      plant, candidates, {{}, added}, std::move(read), kColumnBytes,
-      [&](const Responses& known, Index sensor, const Matrix& gram) {
-        if (sensor >= own)
-          return offer(view(sensors[static_cast<std::size_t>(sensor - own)].name, known, once.value() + gram));
-        once.add(gram);
-        repeated.add(gram);
-        if (sensor + 1 < own) return;
-        plan.planned = view("as planned", known, once.value());
-        plan.pairs = pairs_of(plan.planned);
-        offer(view(fmt::format("with {:g} repeats of the drive", more), known, repeated.value()));
-      });
-  plan.status = planned.status;
-  plan.message = planned.message;
-  if (plan.status != Status::ok) return plan;
+  if (!sensors.empty()) {
+    say("further sensors");
+    const Responses further =
+        responses(plant, candidates, {{}, added}, std::move(read), {own, pairs.forms, kColumnBytes},
+                  [&](const Responses& known, Index sensor, Products products) {
+                    products.add(once);
+                    menu.push_back(item(sensors[static_cast<std::size_t>(sensor - own)].name, known, products));
+                  });
+    plan.status = further.status;
+    plan.message = further.message;
+    if (plan.status != Status::ok) return plan;
+  }
+
   std::vector<FitRecord> nominal = shortened(plant, records, options.menu_s);
   Vector ignored;
   std::vector<Vector> start;
@@ -219,20 +285,22 @@ Plan plan_test(const Plant& plant, const std::vector<FitRecord>& records, Index 
   std::mutex saying;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, drives.size(), 1), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      MenuDrive& item = drives[i];
+      MenuDrive& drive = drives[i];
       {
         const std::lock_guard lock(saying);
-        say(item.name);
+        say(drive.name);
       }
-      Sum all(1);
-      const Responses seen = responses(plant, candidates, {item.inputs, {}}, std::move(item.records),
-                                       kColumnBytes / static_cast<double>(at_once),
-                                       [&](const Responses&, Index, const Matrix& gram) { all.add(gram); });
-      PlanView shown;
-      shown.name = item.name;
-      shown.message = seen.message;
-      if (seen.status == Status::ok) shown = view(item.name, seen, all.value());
-      driven[i] = judged(std::move(shown), plan, options.compared);
+      Products all;
+      const Responses known =
+          responses(plant, candidates, {drive.inputs, {}}, std::move(drive.records),
+                    {.pairs = pairs.forms, .bytes = kColumnBytes / static_cast<double>(at_once)},
+                    [&](const Responses&, Index, const Products& of_sensor) { all.add(of_sensor); });
+      if (known.status == Status::ok) {
+        driven[i] = item(drive.name, known, all);
+      } else {
+        driven[i].view.name = drive.name;
+        driven[i].view.message = known.message;
+      }
     }
   });
   std::move(driven.begin(), driven.end(), std::back_inserter(menu));

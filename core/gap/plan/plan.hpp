@@ -73,9 +73,8 @@ using EffectPair = std::array<std::size_t, 2>;  ///< indices into the effects
 /// Effects that look alike in a test, most alike first; no item of a menu is chosen yet.
 std::vector<PlanPair> pairs_of(const PlanView& view);
 
-/// What an item of the menu does for the pairs of a plan.
-/// @param compared pairs whose cosines are kept too
-PlanItem judged(PlanView view, const Plan& plan, const std::vector<EffectPair>& compared);
+/// What an item of the menu does for the pairs of a plan. @param cosines as `PlanItem` holds them
+PlanItem judged(PlanView view, std::vector<double> cosines, const Plan& plan);
 
 /// Puts the menu in its order, and says for each pair which item tells it best.
 void choose(Plan& plan, std::vector<PlanItem> menu);

@@ -67,21 +67,17 @@ std::vector<PlanPair> pairs_of(const PlanView& view) {
   return pairs;
 }
 
-PlanItem judged(PlanView view, const Plan& plan, const std::vector<EffectPair>& compared) {
-  PlanItem item{std::move(view)};
-  if (!item.view.message.empty()) return item;
+PlanItem judged(PlanView view, std::vector<double> cosines, const Plan& plan) {
+  PlanItem item{std::move(view), std::move(cosines)};
   for (std::size_t i = 0; i < plan.planned.effects.size(); ++i) {
     if (shows(item.view, i) && !shows(plan.planned, i)) item.shows.push_back(i);
     if (!shows(item.view, i) && shows(plan.planned, i)) item.hides.push_back(i);
   }
   for (std::size_t p = 0; p < plan.pairs.size(); ++p) {
     const PlanPair& pair = plan.pairs[p];
-    item.cosines.push_back(at(item.view.cosine, pair.a, pair.b));
-    if (shows(item.view, pair.a) && shows(item.view, pair.b) && std::abs(item.cosines.back()) <= hard_cosine)
+    if (shows(item.view, pair.a) && shows(item.view, pair.b) && std::abs(item.cosines[p]) <= hard_cosine)
       item.separates.push_back(p);
   }
-  for (const auto& [a, b] : compared) item.cosines.push_back(at(item.view.cosine, a, b));
-  item.view.cosine.resize(0, 0);
   return item;
 }
 
