@@ -181,7 +181,31 @@ std::string files_in(const fs::path& folder) {
   return fmt::format(" with {}{}", fmt::join(names, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
 }
 
+[[noreturn]] void refuse_folder(const fs::path& file) {
+  throw UserError(fmt::format("{}: expected a file, found a folder{}", file.string(), files_in(file)));
+}
+
+/// An empty folder that another may take the place of by one renaming: our own, no link, no mount point and not the
+/// current folder of anybody's shell by the names "." and "..", in a folder that we may change.
+bool is_replaceable(const fs::path& folder) {
+  const std::string name = folder.filename().string();
+  const fs::path above = folder.has_parent_path() ? folder.parent_path() : fs::path(".");
+  struct stat own {
+  }, parent{};
+  if (name == "." || name == ".." || ::lstat(folder.c_str(), &own) != 0 || ::stat(above.c_str(), &parent) != 0)
+    return false;
+  std::error_code error;
+  return S_ISDIR(own.st_mode) && own.st_dev == parent.st_dev && own.st_uid == ::geteuid() &&
+         ::access(above.c_str(), W_OK | X_OK) == 0 && fs::is_empty(folder, error) && !error;
+}
+
 }  // namespace
+
+void require_file(const fs::path& file) {
+  struct stat info {};
+  if (::stat(file.c_str(), &info) != 0) fail_to_read(file, errno);
+  if (S_ISDIR(info.st_mode)) refuse_folder(file);
+}
 
 std::string read_file(const fs::path& file) {
   // Without O_NONBLOCK the call would wait for ever for who writes a pipe.
@@ -189,8 +213,7 @@ std::string read_file(const fs::path& file) {
   if (!in.is_open()) fail_to_read(file, errno);
   struct stat info {};
   if (::fstat(in.number(), &info) != 0) fail_to_read(file, errno);
-  if (S_ISDIR(info.st_mode))
-    throw UserError(fmt::format("{}: expected a file, found a folder{}", file.string(), files_in(file)));
+  if (S_ISDIR(info.st_mode)) refuse_folder(file);
   const bool pipe = S_ISFIFO(info.st_mode);
   if (!pipe) ::fcntl(in.number(), F_SETFL, 0);
   require_memory(file, info.st_size);
@@ -256,7 +279,7 @@ void write_json(const fs::path& file, const Json& value) {
 StagedSet::StagedSet(fs::path folder, std::string index) : folder_(std::move(folder)), index_(std::move(index)) {
   std::error_code ignored;
   if (!folder_.has_filename()) folder_ = folder_.parent_path();
-  fresh_ = !fs::exists(folder_, ignored);
+  fresh_ = !fs::exists(folder_, ignored) || is_replaceable(folder_);
   require_writable_folder(fresh_ ? folder_.parent_path() : folder_);
   aside_ = temporary_beside(fresh_ ? folder_ : folder_ / index_);
   std::error_code error;
@@ -271,6 +294,9 @@ StagedSet::~StagedSet() {
 
 void StagedSet::publish(const std::vector<std::string>& replaced, const std::string& first) {
   if (fresh_) {
+    std::error_code ignored;
+    if (const auto old = fs::status(folder_, ignored); fs::exists(old))
+      fs::permissions(aside_, old.permissions(), ignored);
     if (::rename(aside_.c_str(), folder_.c_str()) == 0) return sync_folder(folder_.parent_path());
     if (errno != EEXIST && errno != ENOTEMPTY) fail(folder_, "write", errno);  // else it has been made meanwhile
   }

@@ -30,6 +30,9 @@ ReadLimits& read_limits();
 /// What messages add where a limit is met: how to lift it.
 inline constexpr const char* how_to_lift = "if it is meant to be so, start again with --no-limits";
 
+/// UserError if there is nothing of that name, or a folder; it tells what the folder holds.
+void require_file(const std::filesystem::path& file);
+
 /// Whole content of a file. UserError naming the file if it does not exist, is a folder, or is a pipe or device that
 /// meets a limit; MachineError if it cannot be read, or is larger than the memory.
 std::string read_file(const std::filesystem::path& file);
@@ -54,8 +57,8 @@ std::filesystem::path temporary_beside(const std::filesystem::path& target);
 void remove_leftovers(const std::filesystem::path& folder);
 
 /// Files that appear in a folder together or not at all, whenever the process ends. They are written aside and put into
-/// place by publish(): a folder that was not there by one renaming, one that was there with its index, the file by
-/// which the set is found, taken away first and put back last. So who finds the index finds one set whole.
+/// place by publish(): a folder that was not there or was empty by one renaming, one that held files with its index,
+/// the file by which the set is found, taken away first and put back last. So who finds the index finds one set whole.
 class StagedSet {
  public:
   /// Makes what is above the folder if needed. MachineError if it cannot be written to.
@@ -73,7 +76,7 @@ class StagedSet {
  private:
   std::filesystem::path folder_, aside_;
   std::string index_;
-  bool fresh_;  ///< the folder was not there
+  bool fresh_;  ///< one renaming puts the whole folder into place
 };
 
 /// Proves that files can be made in a folder that exists, by one that is there for a moment. UserError with the reason.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <new>
 
+#include "core/base/files.hpp"
 #include "core/base/status.hpp"
 #include "core/data/csv.hpp"
 #include "core/data/lost_samples.hpp"
@@ -264,6 +265,7 @@ bool is_mat_name(const fs::path& file) {
   if (name.ends_with(".gz")) name.resize(name.size() - 3);
   for (const char* ending : {".csv", ".txt", ".tsv", ".dat", ".asc"})
     if (name.ends_with(ending)) return false;
+  require_file(file);  // what is not there has no wrong ending
   throw UserError(fmt::format(
       "{}: expected a file name ending in .csv, .txt, .tsv, .dat or .asc, in one of these and .gz, or in .mat",
       file.string()));

@@ -357,8 +357,9 @@ TEST_CASE("a set of files that is killed at any of its calls is whole or not the
     write_file(set.path() / "index", std::to_string(number));
     set.publish({"old"}, "f3");
   };
-  // Of a set in a new folder, then of one that replaces another.
-  for (const bool replaces : {false, true}) {
+  enum class Before { nothing, empty_folder, set };
+  for (const Before before : {Before::nothing, Before::empty_folder, Before::set}) {
+    const bool replaces = before == Before::set;
     std::map<std::string, int> found;
     bool ended = false;
     int call = 0;
@@ -366,6 +367,7 @@ TEST_CASE("a set of files that is killed at any of its calls is whole or not the
       const test::Folder folder;
       const fs::path place = folder / "set";
       if (replaces) publish(place, 1);
+      if (before == Before::empty_folder) fs::create_directory(place);
       ++call;
       const pid_t child = ::fork();
       if (child == 0) {
@@ -376,7 +378,8 @@ TEST_CASE("a set of files that is killed at any of its calls is whole or not the
       int state = 0;
       REQUIRE(::waitpid(child, &state, 0) == child);
       ended = WIFEXITED(state);
-      CAPTURE(replaces, call);
+      CAPTURE(static_cast<int>(before), call);
+      if (before == Before::empty_folder) CHECK((fs::is_empty(place) || fs::exists(place / "index")));
       const std::string number = fs::exists(place / "index") ? read_file(place / "index") : "none";
       ++found[number];
       if (number != "none")
@@ -394,6 +397,27 @@ TEST_CASE("a set of files that is killed at any of its calls is whole or not the
     CHECK(found["none"] >= files);
     CHECK((found["1"] > 2 * files) == replaces);
   }
+}
+
+TEST_CASE("an empty folder that a set takes the place of keeps its mode, and one that cannot be replaced is filled") {
+  const test::Folder folder;
+  const fs::path place = folder / "set";
+  fs::create_directory(place);
+  fs::permissions(place, fs::perms::owner_all | fs::perms::group_read);
+  const auto publish = [](const fs::path& where) {
+    StagedSet set(where, "index");
+    write_file(set.path() / "index", "whole");
+    set.publish();
+  };
+  publish(place);
+  CHECK(read_file(place / "index") == "whole");
+  CHECK(fs::status(place).permissions() == (fs::perms::owner_all | fs::perms::group_read));
+  fs::create_directory(folder / "elsewhere");
+  fs::create_directory_symlink(folder / "elsewhere", folder / "link");
+  publish(folder / "link");
+  CHECK(fs::is_symlink(folder / "link"));
+  CHECK(read_file(folder / "elsewhere" / "index") == "whole");
+  CHECK(folder.names() == std::vector<std::string>{"elsewhere", "link", "set"});
 }
 
 TEST_CASE("a set of files leaves what else stands in its folder, and nothing of a set that was given up") {

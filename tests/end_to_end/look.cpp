@@ -95,6 +95,18 @@ TEST_CASE("look on a generated set finds nothing to say but the rate, in text an
   }
 }
 
+TEST_CASE("look at a folder tells what it holds, and at nothing that it is not there, whatever the name ends in") {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "run3");
+  write_file(folder / "run3" / "left.csv", "t,x\n0,1\n1,2\n");
+  for (const std::string name : {"run3", "none", "none.csv", "none.mat"}) {
+    CAPTURE(name);
+    const Said said = run_program("look " + shell_word(folder / name));
+    CHECK(said.status == 2);
+    CHECK_THAT(said.err, Contains(name == "run3" ? "found a folder with left.csv" : "No such file"));
+  }
+}
+
 TEST_CASE("look says what it cannot find, and what it is told it believes") {
   const Folder folder;
   std::string text;

@@ -277,6 +277,12 @@ TEST_CASE("blind make, run, score and calibrate, killed anywhere, leave whole se
   const int made = meets_every_kill(folder.path(), {"blind make blind.json --quiet --jobs 1 --out cases --key key",
                                                     {{"cases/manifest.json", "cases/.*"}, {"key/key.json", "key/.*"}}});
   CHECK(made >= 20);
+  fs::create_directory(folder / "cases");
+  fs::create_directory(folder / "key");
+  const int into_empty =
+      meets_every_kill(folder.path(), {"blind make blind.json --quiet --jobs 1 --out cases --key key",
+                                       {{"cases/manifest.json", "cases/.*"}, {"key/key.json", "key/.*"}}});
+  CHECK(into_empty >= 20);
   run_first(folder, "blind make blind.json --quiet --jobs 1 --out cases --key key");
   const int answered = meets_every_kill(folder.path(), {"blind run cases --quiet --out answers",
                                                         {{"answers/case_000.json", "answers/case_000.*"}},
@@ -287,6 +293,6 @@ TEST_CASE("blind make, run, score and calibrate, killed anywhere, leave whole se
   CHECK(scored >= 3);
   const int calibrated = meets_every_kill(folder.path(), {"blind calibrate answers --key key"});
   CHECK(calibrated >= 3);
-  SUCCEED("blind make: " << made << " kills, run: " << answered << ", score: " << scored
-                         << ", calibrate: " << calibrated);
+  SUCCEED("blind make: " << made << " kills, into empty folders: " << into_empty << ", run: " << answered
+                         << ", score: " << scored << ", calibrate: " << calibrated);
 }
