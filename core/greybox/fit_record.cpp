@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/data/metrics.hpp"
 #include "core/data/resample.hpp"
@@ -14,8 +15,10 @@
 namespace wheelhop {
 namespace {
 
-constexpr Index kLong = 8;    // blocks
-constexpr Index kStart = 20;  // of a block
+constexpr Index kLong = 8;           // blocks
+constexpr Index kStart = 20;         // of a block
+constexpr double kFirstSize = 1e-3;  // m or rad, where the search for the size of an undriven motion begins
+constexpr int kSizeRuns = 5;         // simulations of that search
 
 std::string stored_name(const Sensor& sensor) { return to_string(sensor_place(sensor.name)) + ".stored"; }
 
@@ -23,6 +26,42 @@ std::string stored_name(const Sensor& sensor) { return to_string(sensor_place(se
 Index unsure_ends(const Plant& plant, Index samples) {
   const bool silent = std::all_of(plant.inputs.begin(), plant.inputs.end(), [](const auto& own) { return own.silent; });
   return plant.held() || silent ? 0 : std::min(kUnsureEnds, samples / 10);
+}
+
+/// Of each sensor, about its mean.
+Vector deviation(ConstMatrixRef y) {
+  return (y.colwise() - y.rowwise().mean()).rowwise().norm() / std::sqrt(static_cast<double>(y.cols()));
+}
+
+/// A state from which an undriven plant moves about as much as a record shows: the masses stand to either side of rest
+/// in turn, so that every mode takes part. None for a driven record, which says how much the plant moves, and where
+/// no size is found that the plant's laws allow.
+std::optional<InitialState> undriven_start(const Plant& plant, const FitRecord& record) {
+  if (record.y.size() == 0 || !never_moves(record.drive)) return {};
+  const Simulation still = simulate_measured(plant, record.drive, run_options(plant, record));
+  if (still.status != Status::ok) return {};
+  const Index n = plant.mass_count();
+  const Vector rest = still.states.col(0).head(2 * n), wanted = deviation(record.y);
+  Vector direction = Vector::Zero(2 * n);
+  for (Index i = 0; i < n; ++i) direction(i) = i % 2 == 0 ? 1 : -1;
+  std::optional<InitialState> found;
+  double size = kFirstSize;
+  for (int run = 0; run < kSizeRuns; ++run) {
+    const InitialState start(Vector(rest + size * direction));
+    const Simulation moved = simulate_measured(plant, record.drive, run_options(plant, record, start));
+    if (moved.status != Status::ok) {
+      size /= 4;
+      continue;
+    }
+    found = start;
+    // The geometric mean over the sensors, which may have different units.
+    const Vector ratio = wanted.cwiseQuotient(deviation(moved.outputs));
+    double sum = 0, count = 0;
+    for (const double one : ratio)
+      if (one > 0 && std::isfinite(one)) sum += std::log(one), ++count;
+    if (count > 0) size *= std::exp(sum / count);
+  }
+  return found;
 }
 
 }  // namespace
@@ -163,12 +202,20 @@ Plant with_drive_rate(Plant plant, const RecordSet& set) {
   const auto sample_at = [&](Index ratio) {
     for (PlantInput& input : plant.inputs) input.hold_hz = static_cast<double>(ratio) * set.sampling_hz;
   };
+  const auto read = [&](const Record& record) {
+    return fit_record(plant, record.signal, Vector::Ones(plant.sensor_count()));
+  };
+  sample_at(1);
+  std::vector<InitialState> starts;
+  for (const Record& record : set.records)
+    starts.push_back(undriven_start(plant, read(record)).value_or(InitialState()));
   const auto readings_at = [&](Index ratio, std::vector<Matrix>& readings) {
     readings.clear();
     sample_at(ratio);
-    for (const Record& record : set.records) {
-      const FitRecord drive = fit_record(plant, record.signal, Vector::Ones(plant.sensor_count()));
-      const Simulation run = simulate_measured(plant, drive.drive, run_options(plant, drive));
+    for (std::size_t i = 0; i < set.records.size(); ++i) {
+      const Record& record = set.records[i];
+      const FitRecord drive = read(record);
+      const Simulation run = simulate_measured(plant, drive.drive, run_options(plant, drive, starts[i]));
       if (run.status != Status::ok) return false;
       // The records of a plan hold no readings: their inputs tell how long they are.
       const Index samples = record.signal.u.cols(), unsure = unsure_ends(plant, samples);

@@ -86,8 +86,10 @@ bool never_moves(ConstMatrixRef drive);
 
 /// The plant with the rate at which drives that are not held are sampled for simulations of these records: a power of
 /// two times that of the records, the lowest at which doubling it changes no reading by more than `kDriveAccuracy`, and
-/// at most `kMostDriveRatio`. Between the samples of a record drives follow their `interpolation`. A plant whose drives
-/// are held is returned as it is. Cost: a simulation of the records for each rate that is tried.
+/// at most `kMostDriveRatio`. Between the samples of a record drives follow their `interpolation`. A plant that nothing
+/// drives, as in a free decay, moves from a displaced state about as much as its records show: its steps need the same
+/// accuracy. A plant whose drives are held is returned as it is. Cost: a simulation of the records for each rate that
+/// is tried.
 Plant with_drive_rate(Plant plant, const RecordSet& set);
 
 /// First sample of a record that a fit counts. The masses that an effect adds, and the lags of drives and sensors,

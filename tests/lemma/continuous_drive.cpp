@@ -125,6 +125,43 @@ TEST_CASE("a measured drive that is not held gives the exact steady state, at ev
     }
 }
 
+TEST_CASE("a free decay is integrated as well as a driven motion, at every sampling rate, rubbing or not",
+          "[greybox]") {
+  Random random = numbers(6422);
+  for (const double sampling_hz : {50.0, 200.0, 1000.0})
+    for (const double friction : {0.0, 0.02, 0.1}) {  // of the spring's force at the start
+      const double m = between(random, 1, 100), w0 = between(random, 0.5, 1.2) * sampling_hz;
+      const double size = std::pow(10, between(random, -4, -2)), k = m * w0 * w0;
+      Plant rig = Oscillator{m, 2 * between(random, 0.005, 0.05) * m * w0, k, true}.plant();
+      if (friction > 0)
+        rig.elements[0].laws.push_back(
+            {find_law("coulomb_friction"), {friction * k * size, 0, 0.05, 0.05 * size * w0}});
+      Drawn drawn{{}, {}, sampling_hz, {}, {}};
+      drawn.record.sample_time_s = 1 / sampling_hz;
+      drawn.record.inputs = rig.input_channels();
+      drawn.record.outputs = rig.output_channels();
+      drawn.record.u = Matrix::Zero(1, 300);
+      drawn.record.y = Matrix::Zero(2, 300);
+      const InitialState start((Vector(2) << size, 0).finished());
+      const auto readings_of = [&](const Plant& plant) {
+        const FitRecord record = fit_record(plant, drawn.record, Vector::Ones(2));
+        const Simulation run = simulate_measured(plant, record.drive, run_options(plant, record, start));
+        REQUIRE(run.status == Status::ok);
+        return run.outputs;
+      };
+      Plant fine = rig;
+      fine.inputs[0].hold_hz = 256 * sampling_hz;
+      drawn.record.y = readings_of(fine);
+      const Plant plant = with_drive_rate(rig, set_of(drawn));
+      const Matrix error = readings_of(plant) - drawn.record.y;
+      for (Index i = 0; i < 2; ++i) {
+        INFO("rate " << sampling_hz << " Hz, friction " << friction << ", channel " << i << ", steps at "
+                     << plant.hold_hz() / sampling_hz << " x");
+        CHECK(error.row(i).norm() <= 5 * kDriveAccuracy * drawn.record.y.row(i).norm());
+      }
+    }
+}
+
 TEST_CASE("derivatives of a simulation under a drive that is not held are those of differences", "[greybox]") {
   Random random(12, Stream::road);
   for (const bool force : {true, false}) {
