@@ -5,30 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/identify/judgements.hpp"
 #include "core/identify/residual_share.hpp"
 #include "core/identify/surrogate_drives.hpp"
 
 namespace wheelhop {
 namespace {
 
-/// A candidate may be worse than the linear model by so much in an output: what two fits of one model differ by on
-/// another record. Judgement.
-constexpr double kNotWorse = 1.02;
-
-/// The held-out parts are compared in so many blocks, and a difference counts from so many standard errors on, as a
-/// one-sided test at 2 % would have it.
-constexpr Index kBlocks = 12;
-constexpr double kCertain = 2;
-
-/// Outputs on other drives of the same kind may leave the range of the measured ones by half of it, or twice as far as
-/// those of the linear model do. Judgement: a resonance that meets its drive by chance stays within that, a model that
-/// runs away does not.
-constexpr double kExcursion = 0.5, kExcursionOfLinear = 2;
-
-/// Starts whose models fit the records nearly as well as the best one's do, and the fewest that are compared.
-/// Judgement: within a quarter, minima of one form differ by chance.
-constexpr double kSameFit = 1.25;
-constexpr std::size_t kFewestAlike = 3;
 constexpr double kDiverged = std::numeric_limits<double>::infinity();
 
 std::string percent(const Vector& nrmse) {
@@ -69,7 +52,7 @@ Comparison::Comparison(const std::vector<Signal>& records, const Split& split, V
     : records_(records), split_(split), deviation_(std::move(deviation)) {
   Index samples = 0;
   for (std::size_t i = 0; i < records.size(); ++i) samples += records[i].samples() - from(i);
-  block_ = std::max<Index>(1, samples / kBlocks);
+  block_ = std::max<Index>(1, samples / kJudged.compared_blocks);
 }
 
 std::string Comparison::describe() const {
@@ -110,11 +93,11 @@ void Comparison::score(Candidate& candidate) const {
 }
 
 bool as_good_everywhere(const Vector& nrmse, const Vector& reference) {
-  return (nrmse.array() <= kNotWorse * reference.array()).all();
+  return (nrmse.array() <= kJudged.not_worse * reference.array()).all();
 }
 
 double allowed_excursion(const Candidate& linear) {
-  return std::max(kExcursion, kExcursionOfLinear * linear.excursion);
+  return std::max(kJudged.excursion, kJudged.excursion_of_linear * linear.excursion);
 }
 
 bool admissible(const Candidate& own, const Candidate& linear) {
@@ -129,13 +112,13 @@ bool certainly_better(const Candidate& candidate, const Candidate& than) {
       Eigen::Map<const Vector>(candidate.block_logs.data(), n) - Eigen::Map<const Vector>(than.block_logs.data(), n);
   const double mean = difference.mean();
   const double variance = (difference.array() - mean).square().sum() / static_cast<double>(n - 1);
-  return mean + kCertain * std::sqrt(variance / static_cast<double>(n)) < 0;
+  return mean + kJudged.certain * std::sqrt(variance / static_cast<double>(n)) < 0;
 }
 
 std::size_t choose(const std::vector<Candidate>& candidates) {
   std::size_t chosen = 0;
   const Candidate& linear = candidates.front();
-  double least = linear.stopped ? kDiverged : mean_log(linear.held_out_nrmse) - std::log(kNotWorse);
+  double least = linear.stopped ? kDiverged : mean_log(linear.held_out_nrmse) - std::log(kJudged.not_worse);
   for (std::size_t i = 1; i < candidates.size(); ++i) {
     const Candidate& own = candidates[i];
     if (!admissible(own, linear)) continue;
@@ -163,20 +146,20 @@ std::string reason_for(const std::vector<Candidate>& candidates, std::size_t cho
 std::optional<std::size_t> nearest_to_the_others(const std::vector<Candidate>& members,
                                                  const std::vector<Signal>& records, std::size_t longest,
                                                  const Vector& deviation) {
-  if (members.size() < kFewestAlike) return {};
+  if (members.size() < kJudged.fewest_alike) return {};
   std::vector<double> errors;
   for (const Candidate& member : members) errors.push_back(log_error_on(records, member, deviation));
   const double least = errors.empty() ? kDiverged : *std::min_element(errors.begin(), errors.end());
   std::vector<std::size_t> alike;
   std::vector<std::vector<Matrix>> outputs;
   for (std::size_t i = 0; i < members.size(); ++i) {
-    if (!(errors[i] <= least + std::log(kSameFit))) continue;
+    if (!(errors[i] <= least + std::log(kJudged.same_fit))) continue;
     std::vector<Matrix> own = surrogate_outputs(members[i].model, members[i].x0[longest], records[longest].u);
     if (own.empty()) continue;
     alike.push_back(i);
     outputs.push_back(std::move(own));
   }
-  if (alike.size() < kFewestAlike) return {};
+  if (alike.size() < kJudged.fewest_alike) return {};
   const auto distance = [&](std::size_t a, std::size_t b) {
     double sum = 0;
     for (std::size_t drive = 0; drive < outputs[a].size(); ++drive)

@@ -8,49 +8,12 @@
 #include <tuple>
 
 #include "core/identify/free_run_problem.hpp"
+#include "core/identify/judgements.hpp"
 #include "core/identify/residual_share.hpp"
 #include "core/model/sensitivities.hpp"
 
 namespace wheelhop {
 namespace {
-
-/// An offset larger than so many standard deviations is taken out before anything is scaled by its RMS. Judgement:
-/// smaller ones change an RMS by less than half, and the constant row of Remark 1 and y0 take them.
-constexpr double kLargeOffset = 1;
-
-/// Below this share of the linear model's error nothing is gained by another form of the direct term. Judgement.
-constexpr double kWellExplained = 0.1;
-
-/// A residual of which less than this share follows from its past and the inputs is noise. Judgement: the error of such
-/// a model is within six in a hundred of the noise.
-constexpr double kNoise = 0.1;
-
-/// Orders below are not tried again with the nonlinearity: a mass on a spring has two states.
-constexpr Index kLowestOrder = 2;
-
-/// Judgement: a lower order is taken where it is worse by no more than this in any output, the latter where the better
-/// one leaves more than noise: further modes then stand for part of what neither model has.
-constexpr double kSameOrder = 1.03, kSameOrderBeyondNoise = 1.2;
-
-/// Higher orders in a row that bring less than kSameOrder end their search. Judgement: one pair of poles and one more.
-constexpr Index kIdleOrders = 3;
-
-/// What the map as given may be worse by than the polynomial that took its place. Judgement: a validation record that
-/// drives the plant a tenth harder makes more of a difference to a polynomial.
-constexpr double kRobustMap = 1.25;
-
-/// Starts on so many fitted samples, kStartSamples^2 / samples^2, at most kMostStarts, and so many that their work, the
-/// samples of all of them times the square of the order, stays below kStartWork. Judgements: on a record of a thousand
-/// samples, cut off at one end, the best of five is in a poor minimum in one of three cases and the best of sixteen in
-/// none of six; on three thousand samples one suffices.
-constexpr double kStartSamples = 3072;
-constexpr Index kStartWork = 120000, kMostStarts = 16;
-
-/// Fitted samples a parameter from which on a wider map is tried, times that its features are doubled at most, and the
-/// iterations of a refinement then, in those of the first. Judgements: a hundred samples determine a parameter to a
-/// tenth of the residual; wide maps converge slowly.
-constexpr double kSamplesPerParameter = 100;
-constexpr Index kMostGrowth = 2, kGrowthIterations = 2;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -72,7 +35,7 @@ Moments moments(const std::vector<Signal>& records, Matrix Signal::*rows) {
 }
 
 Vector large_offsets(const Moments& of) {
-  return (of.mean.array().abs() > kLargeOffset * of.deviation.array()).select(of.mean, 0);
+  return (of.mean.array().abs() > kJudged.large_offset * of.deviation.array()).select(of.mean, 0);
 }
 
 /// RMS of a channel about its offset.
@@ -122,7 +85,7 @@ Split split(const std::vector<Signal>& records, const RecordNeeds& needs) {
   for (std::size_t i = 1; i < records.size(); ++i)
     if (records[i].samples() > records[result.longest].samples()) result.longest = i;
   const auto part_of = [](const Signal& record) {
-    return static_cast<Index>(kFittedShare * static_cast<double>(record.samples()));
+    return static_cast<Index>(kJudged.fitted_share * static_cast<double>(record.samples()));
   };
   const Signal& longest_record = records[result.longest];
   result.held_out = part_of(longest_record) >= needs.samples;
@@ -284,7 +247,7 @@ struct Trials {
 
   double score(std::size_t i) const { return mean_log(candidates[i].held_out_nrmse); }
 
-  bool leaves_noise(std::size_t i) const { return candidates[i].unexplained.maxCoeff() < kNoise; }
+  bool leaves_noise(std::size_t i) const { return candidates[i].unexplained.maxCoeff() < kJudged.noise_share; }
 
   /// All runs that the options ask for. @return false without a linear model
   bool run_all(const std::optional<LinearSearch>& search) {
@@ -293,7 +256,7 @@ struct Trials {
     if (!run(linear, pipeline, "")) return false;
     chosen = choose(candidates);
     if (options.pipeline.nonlinearities == 0) return true;
-    const bool well_explained = score(chosen) < score(0) + std::log(kWellExplained);
+    const bool well_explained = score(chosen) < score(0) + std::log(kJudged.well_explained);
     if (options.choose_direct_term && !well_explained && !leaves_noise(chosen)) {
       PipelineOptions other = pipeline;
       other.direct_term = !pipeline.direct_term;
@@ -316,7 +279,7 @@ struct Trials {
   void wider_maps() {
     double samples = 0;
     for (const Index fitted_samples : split.samples) samples += static_cast<double>(fitted_samples);
-    for (Index growth = 0; growth <= kMostGrowth && !leaves_noise(chosen); ++growth) {
+    for (Index growth = 0; growth <= kJudged.most_growth && !leaves_noise(chosen); ++growth) {
       Candidate own = candidates[chosen];
       if (!own.model.map || own.stopped || has_alternative_map(chosen) || options.pipeline.refine_iterations == 0)
         return;
@@ -325,16 +288,16 @@ struct Trials {
         if (!wider) return;
         own.model.map = std::move(wider);
       }
-      if (samples < kSamplesPerParameter * static_cast<double>(pack(own.model, own.x0.front()).size())) return;
-      if (!refine_on(records, split.samples, kGrowthIterations * options.pipeline.refine_iterations, pieces.solver,
-                     own.model, own.x0))
+      if (samples < kJudged.samples_per_parameter * static_cast<double>(pack(own.model, own.x0.front()).size())) return;
+      if (!refine_on(records, split.samples, kJudged.growth_iterations * options.pipeline.refine_iterations,
+                     pieces.solver, own.model, own.x0))
         return;
       own.name = fmt::format("refined{} with {} features", own.form, own.model.map->features());
       comparison.score(own);
       add(std::move(own), run_of[chosen]);
       const std::size_t last = candidates.size() - 1;
       const double gain = score(chosen) - score(last);
-      const bool enough = gain > (growth > 0 ? std::log(kSameOrder) : 0);
+      const bool enough = gain > (growth > 0 ? std::log(kJudged.same_order) : 0);
       if (admissible(candidates[last], candidates.front()) && enough) {
         chosen = last;
         widened = growth > 0;
@@ -352,13 +315,13 @@ struct Trials {
       const double before = score(chosen);
       run(&trial.estimate, pipeline, fmt::format(" of order {}", trial.order()));
       chosen = choose(candidates);
-      return score(chosen) < before - std::log(kSameOrder);
+      return score(chosen) < before - std::log(kJudged.same_order);
     };
     Index idle = 0;
     for (const OrderTrial& trial : search.orders)
-      if (trial.order() > n && idle < kIdleOrders && !leaves_noise(chosen)) idle = helps(trial) ? 0 : idle + 1;
+      if (trial.order() > n && idle < kJudged.idle_orders && !leaves_noise(chosen)) idle = helps(trial) ? 0 : idle + 1;
     for (auto trial = search.orders.rbegin(); trial != search.orders.rend(); ++trial)
-      if (trial->order() < n && trial->order() >= kLowestOrder && !candidates[chosen].model.map) helps(*trial);
+      if (trial->order() < n && trial->order() >= kJudged.lowest_order && !candidates[chosen].model.map) helps(*trial);
   }
 
   /// Whether a polynomial took the place of the map that was given.
@@ -383,7 +346,8 @@ struct Trials {
     for (std::size_t i = before; i < candidates.size(); ++i) {
       const Candidate& own = candidates[i];
       if (!admissible(own, candidates.front())) continue;
-      if (score(i) < score(polynomial) + std::log(kRobustMap) && (chosen == polynomial || score(i) < score(chosen)))
+      if (score(i) < score(polynomial) + std::log(kJudged.robust_map) &&
+          (chosen == polynomial || score(i) < score(chosen)))
         chosen = i;
     }
   }
@@ -398,10 +362,10 @@ struct Trials {
   /// What looked like further modes may have been the nonlinearity: the lowest order that does as well with it.
   void lower_orders(const LinearSearch& search, const PipelineOptions& pipeline) {
     const Candidate best = candidates[chosen];
-    const double margin = leaves_noise(chosen) ? kSameOrder : kSameOrderBeyondNoise;
+    const double margin = leaves_noise(chosen) ? kJudged.same_order : kJudged.same_order_beyond_noise;
     for (const OrderTrial& trial : search.orders) {
       if (trial.order() >= best.model.order()) return;
-      if (trial.order() < kLowestOrder) continue;
+      if (trial.order() < kJudged.lowest_order) continue;
       const std::size_t before = first_of_order(trial.order());
       if (before == candidates.size()) run(&trial.estimate, pipeline, fmt::format(" of order {}", trial.order()));
       for (std::size_t i = before; i < candidates.size(); ++i) {
@@ -427,9 +391,9 @@ std::vector<StartedRecord> started(const std::vector<Signal>& records, const std
 }  // namespace
 
 Index starts_for(Index samples, Index order) {
-  const double relative = kStartSamples / static_cast<double>(std::max<Index>(samples, 1));
-  const Index by_order = kStartWork / std::max<Index>(samples * order * order, 1);
-  const auto most = static_cast<double>(std::min(by_order, kMostStarts));
+  const double relative = kJudged.start_samples / static_cast<double>(std::max<Index>(samples, 1));
+  const Index by_order = kJudged.start_work / std::max<Index>(samples * order * order, 1);
+  const auto most = static_cast<double>(std::min(by_order, kJudged.most_starts));
   return std::max<Index>(1, static_cast<Index>(std::min(relative * relative, most)));
 }
 
@@ -496,7 +460,7 @@ Delivery deliver(std::vector<Signal> records, const DeliveryOptions& options, co
     return trial.stopped || !better ? candidate : trial;
   };
   Candidate delivered = on_all(chosen);
-  if (chosen.model.map && !trials.widened && chosen.unexplained.maxCoeff() >= kNoise) {
+  if (chosen.model.map && !trials.widened && chosen.unexplained.maxCoeff() >= kJudged.noise_share) {
     std::vector<Candidate> members;
     for (const Candidate& other : trials.of_all_starts) {
       if (other.form != chosen.form || !admissible(other, result.candidates.front())) continue;

@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/identify/judgements.hpp"
+
 namespace wheelhop {
 namespace {
 
-/// Judgement: a window wide enough to tell a drive of several frequencies from one, at one of the spacings.
-constexpr Index kLags = 16;
-constexpr Index kWidestSpacing = 64;
-/// Deviations of a chi-square variable from its mean that count as chance.
-constexpr double kChance = 6;
 /// Principal values below this share of the first are round-off of the covariance.
 constexpr double kRoundOff = 1e-13;
 /// See collinear_input().
@@ -25,7 +22,7 @@ Matrix lagged(ConstMatrixRef u, Index lags, Index spacing) {
 }
 
 Index followed_at(ConstMatrixRef u, ConstMatrixRef y, Index limit, Index spacing) {
-  const Matrix H = lagged(u, kLags, spacing);
+  const Matrix H = lagged(u, kJudged.lags, spacing);
   const Index N = H.cols(), p = y.rows(), d = H.rows();
   const Matrix late = y.rightCols(N).colwise() - Vector(y.rightCols(N).rowwise().mean());
   const SymmetricEigen components = symmetric_eigen(H * H.transpose());
@@ -43,7 +40,7 @@ Index followed_at(ConstMatrixRef u, ConstMatrixRef y, Index limit, Index spacing
   const Vector by_component = taken.rowwise().sum();
   for (Index r = 0; r < std::min(used, limit); ++r) {
     const double freedom = static_cast<double>((used - r) * p);
-    if (!(by_component.segment(r, used - r).sum() > freedom + kChance * std::sqrt(2 * freedom))) return r;
+    if (!(by_component.segment(r, used - r).sum() > freedom + kJudged.chance * std::sqrt(2 * freedom))) return r;
   }
   return std::min(used, limit);
 }
@@ -52,8 +49,8 @@ Index followed_at(ConstMatrixRef u, ConstMatrixRef y, Index limit, Index spacing
 
 Index followed_directions(ConstMatrixRef u, ConstMatrixRef y, Index limit) {
   Index most = 0;
-  for (Index spacing = 1; spacing <= kWidestSpacing && most < limit; spacing *= 4)
-    if (u.cols() - (kLags - 1) * spacing > 3 * kLags * u.rows())
+  for (Index spacing = 1; spacing <= kJudged.widest_spacing && most < limit; spacing *= 4)
+    if (u.cols() - (kJudged.lags - 1) * spacing > 3 * kJudged.lags * u.rows())
       most = std::max(most, followed_at(u, y, limit, spacing));
   return most;
 }

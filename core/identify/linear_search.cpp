@@ -10,26 +10,11 @@
 #include "core/data/metrics.hpp"
 #include "core/identify/free_run_problem.hpp"
 #include "core/identify/input_matrices.hpp"
+#include "core/identify/judgements.hpp"
 #include "core/identify/pole_search.hpp"
 
 namespace wheelhop {
 namespace {
-
-/// Judgement: an order, and a set of delays, has to be better by so much to be preferred to a simpler one. The free-run
-/// error of the simpler model is then within 1.03 (1.05) of the best, well inside what records of one plant differ by.
-constexpr double kOrderMargin = 1.03, kDelayMargin = 1.05;
-/// Judgement: among delays of nearly equal error the shortest is taken.
-constexpr double kSameDelay = 1.01;
-/// Orders tried beyond the last that brought something: two pairs of poles.
-constexpr Index kOrdersBeyond = 4;
-/// Samples on which orders are compared and on which delays are sought; a judgement that bounds the time.
-constexpr Index kOrderSamples = 16384, kDelaySamples = 6000;
-/// Order of the pole sets that delays are sought with: more modes than most plants have in a band, so that what is
-/// missing is the delay's.
-constexpr Index kDelayOrder = 6;
-/// Delays are sought anew around those found, with so many samples of room: the poles are clearer once most of the
-/// delay is taken out.
-constexpr Index kDelayRoom = 3;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -117,8 +102,8 @@ struct OrderSearch {
 
 OrderSearch search_orders(ConstMatrixRef u, ConstMatrixRef y, Index order, const LinearSearchOptions& options,
                           const Solver& solver) {
-  const Index N = std::min(u.cols(), kOrderSamples);
-  const auto fitted = static_cast<Index>(kFittedShare * static_cast<double>(N));
+  const Index N = std::min(u.cols(), kJudged.order_samples);
+  const auto fitted = static_cast<Index>(kJudged.fitted_share * static_cast<double>(N));
   const auto u_fit = u.leftCols(fitted), y_fit = y.leftCols(fitted);
   PoleSearchOptions poles;
   poles.block_rows = options.block_rows;
@@ -131,14 +116,14 @@ OrderSearch search_orders(ConstMatrixRef u, ConstMatrixRef y, Index order, const
   Index useful = poles.lowest_order;
   for (std::size_t i = 0; i < sets.size(); ++i) {
     const Index n = poles.lowest_order + static_cast<Index>(i);
-    if (n > useful + kOrdersBeyond && !fits.empty()) break;
+    if (n > useful + kJudged.orders_beyond && !fits.empty()) break;
     std::optional<Fit> fit = best_of(sets[i], u_fit, y_fit);
     if (!fit) continue;
     improve(*fit, u_fit, y_fit, solver, options.iterations);
     const Vector held_out = free_run_error(fit->model, fit->x0, u.leftCols(N), y.leftCols(N), fitted);
     if (!all_finite(held_out)) continue;
     const double score = log_error(held_out);
-    if (score < least - std::log(kOrderMargin) / 2) useful = n;
+    if (score < least - std::log(kJudged.order_margin) / 2) useful = n;
     least = std::min(least, score);
     result.trials.push_back({fit->stride, held_out, estimate_of(*fit, order)});
     fits.push_back(std::move(*fit));
@@ -148,7 +133,8 @@ OrderSearch search_orders(ConstMatrixRef u, ConstMatrixRef y, Index order, const
     return log_error(a.held_out_error) < log_error(b.held_out_error);
   });
   std::size_t chosen = 0;
-  while (!(result.trials[chosen].held_out_error.array() <= kOrderMargin * best->held_out_error.array()).all()) ++chosen;
+  while (!(result.trials[chosen].held_out_error.array() <= kJudged.order_margin * best->held_out_error.array()).all())
+    ++chosen;
   result.order = result.trials[chosen].order();
   result.score = log_error(result.trials[chosen].held_out_error);
   result.fit = std::move(fits[chosen]);
@@ -159,7 +145,7 @@ OrderSearch search_orders(ConstMatrixRef u, ConstMatrixRef y, Index order, const
 bool prefers_no_delay(const OrderSearch& plain, const OrderSearch& late) {
   if (!late.fit) return true;
   if (!plain.fit) return false;
-  const double margin = std::log(kDelayMargin);
+  const double margin = std::log(kJudged.delay_margin);
   return plain.order <= late.order ? plain.score < late.score + margin : plain.score < late.score - margin;
 }
 
@@ -189,7 +175,7 @@ DelayFit fit_delays(const PoleSet& set, ConstMatrixRef u, ConstMatrixRef y, Inde
       }
       Index d = 0;
       result.score = scores.minCoeff();
-      while (d < span && !(scores(d) <= result.score + std::log(kSameDelay))) ++d;
+      while (d < span && !(scores(d) <= result.score + std::log(kJudged.same_delay))) ++d;
       result.delay[static_cast<std::size_t>(i)] = d;
       acting.row(i) = u.row(i).segment(span - d, kept);
     }
@@ -199,10 +185,10 @@ DelayFit fit_delays(const PoleSet& set, ConstMatrixRef u, ConstMatrixRef y, Inde
 /// The delays once more, near those found, with the poles that were found with them.
 std::vector<Index> delays_by_poles(const Fit& found, ConstMatrixRef u, ConstMatrixRef y, std::vector<Index> delay,
                                    Index most) {
-  const Index N = std::min(u.cols(), kDelaySamples), room = std::min(most, 2 * kDelayRoom);
+  const Index N = std::min(u.cols(), kJudged.delay_samples), room = std::min(most, 2 * kJudged.delay_room);
   std::vector<Index> taken_out, left;
   for (const Index d : delay) {
-    taken_out.push_back(std::max<Index>(0, d - kDelayRoom));
+    taken_out.push_back(std::max<Index>(0, d - kJudged.delay_room));
     left.push_back(d - taken_out.back());
   }
   const Index last = longest(taken_out);
@@ -231,16 +217,16 @@ DelayFit best_delays(ConstMatrixRef u, ConstMatrixRef y, Index order, Index span
 
 std::vector<Index> find_delays(ConstMatrixRef u, ConstMatrixRef y, Index order, const LinearSearchOptions& options) {
   const std::vector<Index> none(static_cast<std::size_t>(u.rows()), 0);
-  const Index N = std::min(u.cols(), kDelaySamples), span = std::min(options.max_delay, N / 10);
+  const Index N = std::min(u.cols(), kJudged.delay_samples), span = std::min(options.max_delay, N / 10);
   if (span == 0) return none;
-  const Index n = order > 0 ? order : kDelayOrder;
+  const Index n = order > 0 ? order : kJudged.delay_order;
   const auto u_part = u.leftCols(N), y_part = y.leftCols(N);
   DelayFit found = best_delays(u_part, y_part, n, span, {0, span / 4, span}, options.block_rows);
   if (found.delay.empty()) return none;
   // Around them once more, with most of the delay taken out.
   std::vector<Index> taken_out = found.delay;
-  for (Index& d : taken_out) d = std::max<Index>(0, d - kDelayRoom);
-  const Index room = std::min(span, 2 * kDelayRoom), last = longest(taken_out);
+  for (Index& d : taken_out) d = std::max<Index>(0, d - kJudged.delay_room);
+  const Index room = std::min(span, 2 * kJudged.delay_room), last = longest(taken_out);
   const DelayFit near =
       best_delays(delayed(u_part, taken_out), y_part.rightCols(N - last), n, room, {0, room}, options.block_rows);
   if (near.delay.empty()) return found.delay;
@@ -272,13 +258,13 @@ LinearSearch search_linear(ConstMatrixRef u, ConstMatrixRef y, Index order, cons
   if (const Index last = longest(delay); last > 0) {
     result.delay = delay;
     orders = search_orders(delayed(u, delay), y.rightCols(y.cols() - last), order, options, solver);
-    if (orders.fit) without_delays.max_order = std::min(options.max_order, orders.order + kOrdersBeyond);
+    if (orders.fit) without_delays.max_order = std::min(options.max_order, orders.order + kJudged.orders_beyond);
   }
   if (OrderSearch plain = search_orders(u, y, order, without_delays, solver); prefers_no_delay(plain, orders)) {
     orders = std::move(plain);
     result.delay.assign(static_cast<std::size_t>(u.rows()), 0);
   }
-  if (orders.fit && options.max_delay >= kDelayRoom) {
+  if (orders.fit && options.max_delay >= kJudged.delay_room) {
     const std::vector<Index> again = delays_by_poles(*orders.fit, u, y, result.delay, options.max_delay);
     if (again != result.delay) {
       OrderSearch other =

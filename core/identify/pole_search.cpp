@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/identify/judgements.hpp"
 #include "core/identify/realisation.hpp"
 #include "core/kernels/hankel.hpp"
 
@@ -12,9 +13,6 @@ namespace {
 
 /// Judgement: a block that a mode turns through by one radian has its response to within 1e-3 by so many moments.
 constexpr Index kMoments = 3;
-/// Judgement: the fewest columns of a block-Hankel matrix, as a multiple of its rows, that tell its column space.
-constexpr double kColumnsPerRow = 1.5;
-
 /// Legendre polynomials P_0 .. P_(count-1) at the samples of a block, orthonormalised on them (count x stride).
 Matrix legendre_rows(Index stride, Index count) {
   Matrix rows(count, stride);
@@ -59,7 +57,7 @@ struct Layout {
   Index rows() const { return 1 + inputs * (2 * s + gap) + outputs * s; }
   Index columns(Index samples) const { return samples - 2 * s - gap + 1; }
   bool fits(Index samples) const {
-    return static_cast<double>(columns(samples)) >= kColumnsPerRow * static_cast<double>(rows());
+    return static_cast<double>(columns(samples)) >= kJudged.columns_per_row * static_cast<double>(rows());
   }
 };
 

@@ -4,10 +4,12 @@
 #include <numeric>
 #include <vector>
 
+#include "core/identify/judgements.hpp"
+
 namespace wheelhop {
 
 Vector residual_share(ConstMatrixRef residual, ConstMatrixRef u) {
-  constexpr Index lags = 10;    // judgement: more than a model error of one mode needs
+  constexpr Index lags = kJudged.residual_lags;
   constexpr Index block = 512;  // samples whose regressors are held at once
   const Index m = u.rows(), p = residual.rows(), N = residual.cols() - lags;
   const Index regressors = lags + m * (lags + 1) + 1;

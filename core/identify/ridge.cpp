@@ -5,21 +5,11 @@
 #include <cmath>
 #include <limits>
 
+#include "core/identify/judgements.hpp"
 #include "core/identify/map_fit.hpp"
 
 namespace wheelhop {
 namespace {
-
-/// Least share of the gradient's variance: half, for one spare unit on a few noisy samples takes a tenth and more of
-/// it.
-constexpr double kOneDirection = 0.5;
-/// chi2 a parameter has to bring: the 99 % point with one degree of freedom. An extrapolating power is worth more
-/// caution than Akaike's 2; the log N of Schwarz (10 for a minute's record) leaves out powers that are there.
-constexpr double kChi2 = 6.63;
-/// Share of the cost that weights of one sign may add: a test against the noise alone would find it significant, but it
-/// is small against what powers that cancel cost as soon as a record goes further. Likely it is the error of a model
-/// that steps from sample to sample, of the order (T^2 / 12) d2f/dt2, which powers of both signs imitate.
-constexpr double kOneSign = 1e-3;
 
 using Maybe = std::optional<Refinement>;
 
@@ -35,9 +25,11 @@ class RidgeSearch {
         iterations_(iterations),
         make_ridge_(make_ridge) {}
 
-  /// N log(cost) + kChi2 parameters: twice the negative log likelihood with the noise's variance profiled out.
+  /// N log(cost) + kJudged.worth_a_power parameters: twice the negative log likelihood with the noise's variance
+  /// profiled out.
   double criterion(const NonlinearModel& model, double cost) const {
-    return samples() * std::log(cost / samples()) + kChi2 * static_cast<double>(model.map->parameters());
+    return samples() * std::log(cost / samples()) +
+           kJudged.worth_a_power * static_cast<double>(model.map->parameters());
   }
   double criterion(const Maybe& candidate) const {
     return candidate ? criterion(candidate->model, candidate->solution.cost) : std::numeric_limits<double>::infinity();
@@ -96,11 +88,11 @@ class RidgeSearch {
     const Matrix covariance = (2 * cost / samples()) * own * inverse.asDiagonal() * own.transpose();
     const Vector W = model.map->W.row(0);
     Index best = h;
-    double least_total = kChi2 * static_cast<double>(h);
+    double least_total = kJudged.worth_a_power * static_cast<double>(h);
     for (Index kept = h - 1; kept >= 1; --kept) {
       const Vector rest = W.tail(h - kept);
       const double wald = rest.dot(covariance.bottomRightCorner(h - kept, h - kept).ldlt().solve(rest));
-      const double total = wald + kChi2 * static_cast<double>(kept);
+      const double total = wald + kJudged.worth_a_power * static_cast<double>(kept);
       if (!(total < least_total)) continue;
       least_total = total;
       best = kept;
@@ -173,7 +165,7 @@ Maybe fit_ridge(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u
     xi.block(0, block.first, model.order(), block.x.cols()) = block.x;
   });
   const ActiveDirection active = active_direction(*model.map, xi);
-  if (!(active.share > kOneDirection)) return {};
+  if (!(active.share > kJudged.one_direction)) return {};
 
   Maybe best = search.refined(model, x0, active.t, {.degree = degrees.any});
   if (!best) return {};
@@ -191,7 +183,7 @@ Maybe fit_ridge(const NonlinearModel& model, ConstVectorRef x0, ConstMatrixRef u
   if (degrees.hardening < 3) return best;
   Maybe one_sign = search.refined(best->model, best->x0, best->model.map->alpha,
                                   {.degree = degrees.hardening, .odd = true, .hardening = true});
-  if (one_sign && one_sign->solution.cost <= (1 + kOneSign) * best->solution.cost) best = std::move(one_sign);
+  if (one_sign && one_sign->solution.cost <= (1 + kJudged.one_sign) * best->solution.cost) best = std::move(one_sign);
   return best;
 }
 

@@ -4,12 +4,14 @@
 #include <limits>
 
 #include "core/base/random.hpp"
+#include "core/identify/judgements.hpp"
 
 namespace wheelhop {
 namespace {
 
-/// Judgements: pieces long enough for slow modes to answer, enough of them for new sequences, two drawn drives.
-constexpr Index kPieces = 8, kFade = 4, kDrawn = 2, kLongest = 16384, kShortest = 16;
+constexpr Index kFade = 4;         // of a piece, over which it goes over into the next one
+constexpr Index kLongest = 16384;  // samples that are read: a bound on the time
+constexpr Index kShortest = 16;    // samples of a piece
 
 /// Where the part of a record that is read begins: at the one of largest variance, of those that overlap by half.
 Index liveliest(ConstMatrixRef u) {
@@ -28,10 +30,10 @@ Index liveliest(ConstMatrixRef u) {
 SurrogateDrive reversed(ConstMatrixRef u) { return {u.rowwise().reverse(), u.cols() - 1}; }
 
 SurrogateDrive drawn(ConstMatrixRef u, Random& random) {
-  const Index N = u.cols(), piece = N / kPieces, fade = std::max<Index>(1, piece / kFade),
+  const Index N = u.cols(), piece = N / kJudged.drive_pieces, fade = std::max<Index>(1, piece / kFade),
               places = N - piece - fade + 1;
-  SurrogateDrive drive{Matrix(u.rows(), piece * kPieces), random.integer(places)};
-  for (Index j = 0, from = drive.start; j < kPieces; ++j) {
+  SurrogateDrive drive{Matrix(u.rows(), piece * kJudged.drive_pieces), random.integer(places)};
+  for (Index j = 0, from = drive.start; j < kJudged.drive_pieces; ++j) {
     const Index next = j == 0 ? from : random.integer(places);
     drive.u.middleCols(j * piece, piece) = u.middleCols(next, piece);
     for (Index k = 0; j > 0 && k < fade; ++k) {
@@ -51,7 +53,7 @@ std::vector<SurrogateDrive> surrogate_drives(ConstMatrixRef u) {
   const auto read = u.middleCols(first, std::min(u.cols(), kLongest));
   Random random(0, Stream::bootstrap);
   std::vector<SurrogateDrive> drives{reversed(read)};
-  for (Index i = 0; i < kDrawn; ++i) drives.push_back(drawn(read, random));
+  for (Index i = 0; i < kJudged.drawn_drives; ++i) drives.push_back(drawn(read, random));
   for (SurrogateDrive& drive : drives) drive.start += first;
   return drives;
 }

@@ -5,21 +5,15 @@
 #include <cmath>
 #include <limits>
 
+#include "core/identify/judgements.hpp"
 #include "core/model/sensitivities.hpp"
 
 namespace wheelhop {
 namespace {
 
-/// Judgements: the scatter of forty blocks has a standard error of a ninth, and in twenty samples most of a residual's
-/// colour has died out.
-constexpr Index kBlocks = 40, kShortestBlock = 20;
 /// Directions of the scaled H below this share of the largest are not determined; the coordinates of the states never
 /// are.
 constexpr double kUndetermined = 1e-11;
-/// A function that moves along these by more than this share of its slope is not determined either. Judgement: far more
-/// than differences leave of a function that does not depend on the coordinates, far less than of one that does.
-constexpr double kMovesAlong = 1e-3;
-
 /// Parameters of the model and the initial state of the first record as packed, then the other initial states.
 struct Places {
   ParameterLayout at;
@@ -53,7 +47,8 @@ bool add_up(const NonlinearModel& model, const std::vector<StartedRecord>& recor
   const Index P = at.size() + (static_cast<Index>(records.size()) - 1) * at.n, D = at.dynamic();
   Index counted = 0, seen = 0;
   for (const StartedRecord& record : records) counted += record.u.cols() - record.skip;
-  const Index length = std::max(kShortestBlock, (counted + kBlocks - 1) / kBlocks);
+  const Index length =
+      std::max(kJudged.shortest_block, (counted + kJudged.scatter_blocks - 1) / kJudged.scatter_blocks);
   sums.blocks = (counted + length - 1) / length;
   sums.samples = counted * at.p;
   sums.G.assign(static_cast<std::size_t>(at.p), Matrix::Zero(P, P));
@@ -175,7 +170,7 @@ class Spread {
   /// Infinity where the records do not determine the function.
   double operator()(const Eigen::RowVectorXd& slope) const {
     const Eigen::RowVectorXd scaled = slope * pseudo_.scale.asDiagonal();
-    if ((scaled * pseudo_.undetermined).norm() > kMovesAlong * scaled.norm())
+    if ((scaled * pseudo_.undetermined).norm() > kJudged.moves_along * scaled.norm())
       return std::numeric_limits<double>::infinity();
     const double white = slope.dot(slope * white_), coloured = (slope * moved_).squaredNorm();
     return std::sqrt(freedom_ * std::max({white, coloured, 0.0}));

@@ -11,6 +11,7 @@
 #include "core/data/metrics.hpp"
 #include "core/data/slow_channels.hpp"
 #include "core/identify/initial_state.hpp"
+#include "core/identify/judgements.hpp"
 #include "core/identify/uncertainty.hpp"
 #include "experiments/identify/study.hpp"
 #include "experiments/run/file_uses.hpp"
@@ -60,6 +61,7 @@ ModelFile make_file(const IdentifyConfig& config, const Delivery& result) {
   file.states = result.states;
   file.config = config.effective;
   file.provenance = provenance(config.set);
+  file.provenance["judgements"] = to_json(kJudged);
   if (result.status != Status::ok) return file;
   const auto training = [&](std::size_t i) -> const Signal& {
     return config.set.records[static_cast<std::size_t>(config.trained[i])].signal;

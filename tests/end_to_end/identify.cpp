@@ -9,6 +9,7 @@
 #include "core/base/random.hpp"
 #include "core/data/metrics.hpp"
 #include "core/data/table.hpp"
+#include "core/identify/judgements.hpp"
 #include "tests/support/plants.hpp"
 #include "tests/support/program.hpp"
 
@@ -72,6 +73,12 @@ TEST_CASE("a model identified from generated records follows the validation reco
   const Json& scores = model.at("scores").at("records").at(1);
   CHECK(scores.at("role") == "validation");
   CHECK_FALSE(model.at("scores").at("factor").at("method").get<std::string>().empty());
+  // Every number that was chosen stands in the file, with what it means.
+  const Json& judgements = model.at("provenance").at("judgements");
+  CHECK(judgements == to_json(kJudged));
+  CHECK(judgements.at("order_margin").at("value") == kJudged.order_margin);
+  for (const auto& [name, judgement] : judgements.items())
+    CHECK(judgement.at("meaning").get<std::string>().size() > 20);
 
   REQUIRE(simulate(folder, "model.json", "data/records.json", "all.csv").status == 0);
   const Table all = read_table(folder / "all.csv"), measured = read_table(folder / "data/validation_1.csv");
