@@ -170,6 +170,123 @@ Status add_noise_of(const Plant& plant, const std::vector<Sensor>& added, std::v
   return status;
 }
 
+/// A plan in the making: first the test as it is planned, then each item of the menu, of which only what it says of
+/// pairs that look alike as planned is kept.
+struct Planning {
+  const Plant& plant;
+  const std::vector<FitRecord>& records;
+  const std::vector<EffectCandidate>& candidates;
+  const PlanOptions& options;
+  const PlanStep& step;
+
+  Plan plan = {};
+  std::vector<PlanItem> menu = {};
+  std::vector<Forms> groups = groups_of(candidates);
+  Comparisons pairs = all_pairs(groups);  ///< those that look alike, once these are known
+  Responses planned = {};
+  Products once = {};  ///< of the test as planned, summed over the plant's own sensors
+
+  void say(const std::string& what) const {
+    if (step) step(what);
+  }
+  Visibility see(const Responses& known, const Products& products) const {
+    return visibility(known, products, pairs.forms, plant.sensor_count());
+  }
+  PlanItem item(const std::string& name, const Responses& known, const Products& products) const {
+    const Visibility seen = see(known, products);
+    PlanView view = view_of(name, groups, candidates, seen);
+    std::vector<double> cosines = cosines_of(view, groups, pairs, seen);
+    return judged(std::move(view), std::move(cosines), plan);
+  }
+  bool goes_on(const Responses& known) {
+    plan.status = known.status;
+    plan.message = known.message;
+    return plan.status == Status::ok;
+  }
+
+  bool as_planned() {
+    say("the test as planned");
+    for (const FitParameter& parameter : tolerance_parameters(plant)) plan.parameters.push_back(parameter.name);
+    planned = responses(plant, candidates, {}, records, {.pairs = pairs.forms, .bytes = kColumnBytes},
+                        [&](const Responses&, Index, const Products& of_sensor) { once.add(of_sensor); });
+    if (!goes_on(planned)) return false;
+    const Visibility seen = see(planned, once);
+    plan.planned = view_of("as planned", groups, candidates, seen);
+    const std::vector<double> cosines = cosines_of(plan.planned, groups, pairs, seen);
+    const Index count = static_cast<Index>(groups.size());
+    plan.planned.cosine = Matrix::Identity(count, count);
+    for (std::size_t k = 0; k < cosines.size(); ++k) {
+      const auto i = static_cast<Index>(pairs.effects[k][0]), j = static_cast<Index>(pairs.effects[k][1]);
+      plan.planned.cosine(i, j) = plan.planned.cosine(j, i) = cosines[k];
+    }
+    plan.pairs = pairs_of(plan.planned);
+    Comparisons alike = pairs_for_menu(groups, plan, options.compared);
+    once = among(once, pairs, alike);
+    pairs = std::move(alike);
+    return true;
+  }
+
+  void with_repeats(Index repeats) {
+    const double more = repeats < 4 ? 4 : 2 * static_cast<double>(repeats);
+    Products repeated;
+    repeated.add(once, more / static_cast<double>(repeats));
+    menu.push_back(item(fmt::format("with {:g} repeats of the drive", more), planned, repeated));
+  }
+
+  bool with_sensors() {
+    const std::vector<MenuSensor> sensors = menu_sensors(plant);
+    if (sensors.empty()) return true;
+    say("further sensors");
+    const Index own = plant.sensor_count();
+    std::vector<Sensor> added;
+    for (const MenuSensor& sensor : sensors) added.push_back(sensor.sensor);
+    std::vector<FitRecord> read = records;
+    plan.status = add_noise_of(plant, added, read, plan.message);
+    if (plan.status != Status::ok) return false;
+    return goes_on(responses(plant, candidates, {{}, added}, std::move(read), {own, pairs.forms, kColumnBytes},
+                             [&](const Responses& known, Index sensor, Products products) {
+                               products.add(once);
+                               menu.push_back(
+                                   item(sensors[static_cast<std::size_t>(sensor - own)].name, known, products));
+                             }));
+  }
+
+  void with_other_drives() {
+    std::vector<FitRecord> nominal = shortened(plant, records, options.menu_s);
+    Vector ignored;
+    std::vector<Vector> start;
+    nominal_outputs(plant, nominal, ignored, start, plan.message);
+    for (const FitRecord& record : nominal)
+      plan.menu_s = std::max(plan.menu_s, static_cast<double>(record.drive.cols()) / plant.hold_hz());
+    std::vector<MenuDrive> drives = menu_drives(plant, nominal);
+    std::vector<PlanItem> driven(drives.size());
+    const std::size_t at_once = std::min(std::max<std::size_t>(drives.size(), 1),
+                                         static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
+    std::mutex saying;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, drives.size(), 1), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i < range.end(); ++i) {
+        MenuDrive& drive = drives[i];
+        {
+          const std::lock_guard lock(saying);
+          say(drive.name);
+        }
+        Products all;
+        const Responses known =
+            responses(plant, candidates, {drive.inputs, {}}, std::move(drive.records),
+                      {.pairs = pairs.forms, .bytes = kColumnBytes / static_cast<double>(at_once)},
+                      [&](const Responses&, Index, const Products& of_sensor) { all.add(of_sensor); });
+        if (known.status == Status::ok) {
+          driven[i] = item(drive.name, known, all);
+        } else {
+          driven[i].view.name = drive.name;
+          driven[i].view.message = known.message;
+        }
+      }
+    });
+    std::move(driven.begin(), driven.end(), std::back_inserter(menu));
+  }
+};
+
 }  // namespace
 
 Status plan_noise(const Plant& plant, std::vector<FitRecord> records, const std::map<std::string, double>& known,
@@ -203,109 +320,13 @@ Status plan_noise(const Plant& plant, std::vector<FitRecord> records, const std:
 
 Plan plan_test(const Plant& plant, const std::vector<FitRecord>& records, Index repeats,
                const std::vector<EffectCandidate>& candidates, const PlanOptions& options, const PlanStep& step) {
-  Plan plan;
-  for (const FitParameter& parameter : tolerance_parameters(plant)) plan.parameters.push_back(parameter.name);
-  const std::vector<Forms> groups = groups_of(candidates);
-  const Index own = plant.sensor_count();
-  const auto say = [&](const std::string& what) {
-    if (step) step(what);
-  };
-
-  say("the test as planned");
-  Products once;
-  Comparisons pairs = all_pairs(groups);
-  const auto see = [&](const Responses& known, const Products& products) {
-    return visibility(known, products, pairs.forms, own);
-  };
-  const Responses planned = responses(plant, candidates, {}, records, {.pairs = pairs.forms, .bytes = kColumnBytes},
-                                      [&](const Responses&, Index, const Products& of_sensor) { once.add(of_sensor); });
-  plan.status = planned.status;
-  plan.message = planned.message;
-  if (plan.status != Status::ok) return plan;
-  {
-    const Visibility seen = see(planned, once);
-    plan.planned = view_of("as planned", groups, candidates, seen);
-    const std::vector<double> cosines = cosines_of(plan.planned, groups, pairs, seen);
-    const Index count = static_cast<Index>(groups.size());
-    plan.planned.cosine = Matrix::Identity(count, count);
-    for (std::size_t k = 0; k < cosines.size(); ++k) {
-      const auto i = static_cast<Index>(pairs.effects[k][0]), j = static_cast<Index>(pairs.effects[k][1]);
-      plan.planned.cosine(i, j) = plan.planned.cosine(j, i) = cosines[k];
-    }
-  }
-  plan.pairs = pairs_of(plan.planned);
-
-  // Of an item of the menu only what it says of pairs that look alike as planned is kept.
-  {
-    Comparisons some = pairs_for_menu(groups, plan, options.compared);
-    once = among(once, pairs, some);
-    pairs = std::move(some);
-  }
-  std::vector<PlanItem> menu;
-  const auto item = [&](const std::string& name, const Responses& known, const Products& products) {
-    const Visibility seen = see(known, products);
-    PlanView view = view_of(name, groups, candidates, seen);
-    std::vector<double> cosines = cosines_of(view, groups, pairs, seen);
-    return judged(std::move(view), std::move(cosines), plan);
-  };
-  const double more = repeats < 4 ? 4 : 2 * static_cast<double>(repeats);
-  Products repeated;
-  repeated.add(once, more / static_cast<double>(repeats));
-  menu.push_back(item(fmt::format("with {:g} repeats of the drive", more), planned, repeated));
-
-  std::vector<Sensor> added;
-  const std::vector<MenuSensor> sensors = menu_sensors(plant);
-  for (const MenuSensor& sensor : sensors) added.push_back(sensor.sensor);
-  std::vector<FitRecord> read = records;
-  plan.status = add_noise_of(plant, added, read, plan.message);
-  if (plan.status != Status::ok) return plan;
-  if (!sensors.empty()) {
-    say("further sensors");
-    const Responses further =
-        responses(plant, candidates, {{}, added}, std::move(read), {own, pairs.forms, kColumnBytes},
-                  [&](const Responses& known, Index sensor, Products products) {
-                    products.add(once);
-                    menu.push_back(item(sensors[static_cast<std::size_t>(sensor - own)].name, known, products));
-                  });
-    plan.status = further.status;
-    plan.message = further.message;
-    if (plan.status != Status::ok) return plan;
-  }
-
-  std::vector<FitRecord> nominal = shortened(plant, records, options.menu_s);
-  Vector ignored;
-  std::vector<Vector> start;
-  nominal_outputs(plant, nominal, ignored, start, plan.message);
-  for (const FitRecord& record : nominal)
-    plan.menu_s = std::max(plan.menu_s, static_cast<double>(record.drive.cols()) / plant.hold_hz());
-  std::vector<MenuDrive> drives = menu_drives(plant, nominal);
-  std::vector<PlanItem> driven(drives.size());
-  const std::size_t at_once = std::min(std::max<std::size_t>(drives.size(), 1),
-                                       static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
-  std::mutex saying;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, drives.size(), 1), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      MenuDrive& drive = drives[i];
-      {
-        const std::lock_guard lock(saying);
-        say(drive.name);
-      }
-      Products all;
-      const Responses known =
-          responses(plant, candidates, {drive.inputs, {}}, std::move(drive.records),
-                    {.pairs = pairs.forms, .bytes = kColumnBytes / static_cast<double>(at_once)},
-                    [&](const Responses&, Index, const Products& of_sensor) { all.add(of_sensor); });
-      if (known.status == Status::ok) {
-        driven[i] = item(drive.name, known, all);
-      } else {
-        driven[i].view.name = drive.name;
-        driven[i].view.message = known.message;
-      }
-    }
-  });
-  std::move(driven.begin(), driven.end(), std::back_inserter(menu));
-  choose(plan, std::move(menu));
-  return plan;
+  Planning planning{plant, records, candidates, options, step};
+  if (!planning.as_planned()) return planning.plan;
+  planning.with_repeats(repeats);
+  if (!planning.with_sensors()) return planning.plan;
+  planning.with_other_drives();
+  choose(planning.plan, std::move(planning.menu));
+  return std::move(planning.plan);
 }
 
 }  // namespace wheelhop
