@@ -50,7 +50,8 @@ Index longest(const std::vector<Index>& delay);
 /// Steps:
 /// 1. A and C of every order by pole_sets(), B, D, x0 and y0 by least squares on the simulated outputs.
 /// 2. Of the sets of an order the one with the least error, refined by simulation error on the fitted part.
-/// 3. The smallest order whose held-out error is in no output more than `order_margin` (judgements.hpp) times that of the best order.
+/// 3. The smallest order whose held-out error is in no output more than `order_margin` (judgements.hpp) times that of
+/// the best order.
 /// 4. That order once more on the whole record.
 /// Before them the delays: those whose inputs the pole sets explain best. They are kept where the model without them is
 /// worse, held out, by more than kDelayMargin, or needs a higher order to be as good.
