@@ -19,7 +19,7 @@ namespace wheelhop {
 namespace {
 
 constexpr double kAssumedNoise = 0.01;  // of the RMS of an output
-constexpr double kColumnBytes = 5e7;    // that the responses of all candidates may take at once, a judgement
+constexpr double kColumnBytes = 1e8;    // that the responses of all candidates may take at once, a judgement
 constexpr double kComparable = 0.5;     // share of the best form's size from which a form counts in comparisons
 
 /// The forms of one effect at one place.
