@@ -185,8 +185,8 @@ std::string files_in(const fs::path& folder) {
   throw UserError(fmt::format("{}: expected a file, found a folder{}", file.string(), files_in(file)));
 }
 
-/// An empty folder that another may take the place of by one renaming: our own, no link, no mount point and not the
-/// current folder of anybody's shell by the names "." and "..", in a folder that we may change.
+/// True of an empty folder whose place another one may take by one renaming. It has to belong to this user and to stand
+/// in a folder that this user may change; a link, a mount point, and the names "." and ".." cannot be replaced.
 bool is_replaceable(const fs::path& folder) {
   const std::string name = folder.filename().string();
   const fs::path above = folder.has_parent_path() ? folder.parent_path() : fs::path(".");

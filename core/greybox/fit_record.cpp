@@ -15,10 +15,12 @@
 namespace wheelhop {
 namespace {
 
-constexpr Index kLong = 8;           // blocks
-constexpr Index kStart = 20;         // of a block
-constexpr double kFirstSize = 1e-3;  // m or rad, where the search for the size of an undriven motion begins
-constexpr int kSizeRuns = 5;         // simulations of that search
+constexpr Index kLong = 8;    // blocks
+constexpr Index kStart = 20;  // of a block
+// The size of an undriven motion is sought from here [m or rad], in so many simulations. Judgements; they steer no more
+// than the rate at which the integrator's error is looked at.
+constexpr double kFirstSize = 1e-3;
+constexpr int kSizeRuns = 5;
 
 std::string stored_name(const Sensor& sensor) { return to_string(sensor_place(sensor.name)) + ".stored"; }
 
@@ -34,8 +36,8 @@ Vector deviation(ConstMatrixRef y) {
 }
 
 /// A state from which an undriven plant moves about as much as a record shows: the masses stand to either side of rest
-/// in turn, so that every mode takes part. None for a driven record, which says how much the plant moves, and where
-/// no size is found that the plant's laws allow.
+/// in turn, so that every mode takes part. None for a driven record, whose drive says how much the plant moves, and
+/// where no size is found that the plant's laws allow. Cost: `kSizeRuns` + 1 simulations of the record.
 std::optional<InitialState> undriven_start(const Plant& plant, const FitRecord& record) {
   if (record.y.size() == 0 || !never_moves(record.drive)) return {};
   const Simulation still = simulate_measured(plant, record.drive, run_options(plant, record));
