@@ -235,6 +235,11 @@ std::string beyond_text(const BeyondEnvelope& beyond) {
   return text + (beyond.flagged ? ": do not trust it there" : "");
 }
 
+std::string origin_of(const Tone& tone) {
+  if (tone.multiple == 0) return "which no drive has: hum, or something that turns";
+  return fmt::format("{} times the tone of the drive: a law that is not linear makes it", tone.multiple);
+}
+
 ViewTable kind_table(const Plant& plant, const Examination& examination) {
   const int stage = telling_stage(examination);
   ViewTable table{
@@ -256,8 +261,8 @@ ViewTable kind_table(const Plant& plant, const Examination& examination) {
   else
     add("Linear, odd, even", "cannot be told: " + own.lines.why_not);
   if (own.tone.seen && has_gap(own.profile))
-    add("One tone", fmt::format("{} of the error of {} at {:.4g} Hz, which no drive has: hum, or something that turns",
-                                share_text(own.tone.share), own.tone.channel, own.tone.frequency_hz));
+    add("One tone", fmt::format("{} of the error of {} at {:.4g} Hz, {}", share_text(own.tone.share), own.tone.channel,
+                                own.tone.frequency_hz, origin_of(own.tone)));
   for (const RegionShare& region : standing_out(own.profile)) {
     std::string variable = region.variable;
     std::replace(variable.begin(), variable.end(), '.', ' ');

@@ -90,7 +90,7 @@ TEST_CASE("beyond what training has seen a parameter that is the answer is held 
 TEST_CASE("a diagnosis file tells where, how far and beyond what, its figures hold every series at one length") {
   const Plant nominal = plant_from(quarter_car_text);
   Plant truth = nominal;
-  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.3}});
+  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.3, 0.1, 1, 1}});
   const RecordSet set = measured(truth);
   Diagnosis diagnosis;
   diagnosis.floor = noise_floor(set);

@@ -107,7 +107,7 @@ TEST_CASE("an asymmetric damper is named at its element, closes the gap, and the
   const Folder folder;
   const Plant nominal = plant_from(quarter_car_text);
   Plant truth = nominal;
-  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.25}});
+  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.25, 0.1, 1, 1}});
   set_parameter(truth, "tyre.linear_spring.stiffness_n_per_m", 200000 * 1.03);
   measure(folder, nominal, truth, 0.01);
   std::string out;
@@ -280,7 +280,7 @@ TEST_CASE("a second effect a hundredth of the first one's size is found where it
   const Folder folder;
   const Plant nominal = plant_from(quarter_car_text);
   Plant truth = nominal;
-  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.6}});
+  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.6, 0.1, 1, 1}});
   truth.sensors[0].path.lag.time_constant_s = 0.0008;
   measure(folder, nominal, truth, 0.004);
   std::string out;

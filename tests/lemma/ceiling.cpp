@@ -69,7 +69,7 @@ TEST_CASE("where a law without memory is missing, a static map removes nearly wh
           "[slow]") {
   const Plant nominal = plant_from(quarter_car_text);
   for (const Plant& truth :
-       {with(nominal, "asymmetric_damper", {850, 0.3}), with(nominal, "polynomial_spring", {0, 0, 2e9}),
+       {with(nominal, "asymmetric_damper", {850, 0.3, 0.1, 1, 1}), with(nominal, "polynomial_spring", {0, 0, 2e9}),
         with(nominal, "coulomb_friction", {40, 0, 0.01, 0.01})}) {
     CAPTURE(truth.elements[0].laws.back().kind->name);
     const Rig rig(nominal, truth);
@@ -103,7 +103,7 @@ TEST_CASE("where a law with memory is missing, or the drive is late, a static ma
 TEST_CASE("the map's force with its sign flipped makes the gap larger, no force leaves it, and so do wrong places",
           "[slow]") {
   const Plant nominal = plant_from(quarter_car_text);
-  const Rig rig(nominal, with(nominal, "asymmetric_damper", {850, 0.3}));
+  const Rig rig(nominal, with(nominal, "asymmetric_damper", {850, 0.3, 0.1, 1, 1}));
   const Ceiling right = rig.at(nominal, "suspension"_at), wrong = rig.at(nominal, "tyre"_at);
   REQUIRE(right.mapped.size() == 1);
   const auto misfit = [&](double factor) {
@@ -120,7 +120,7 @@ TEST_CASE("the map's force with its sign flipped makes the gap larger, no force 
 
 TEST_CASE("a sensor or the time base has no motion to map, and says so") {
   const Plant nominal = plant_from(quarter_car_text);
-  const Rig rig(nominal, with(nominal, "asymmetric_damper", {850, 0.3}));
+  const Rig rig(nominal, with(nominal, "asymmetric_damper", {850, 0.3, 0.1, 1, 1}));
   for (const Place& place : {"sensor:body_acc"_at, clock_place(), "nowhere"_at}) {
     const Ceiling none = rig.at(nominal, place);
     CHECK(none.location == place);

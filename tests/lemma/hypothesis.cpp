@@ -446,7 +446,7 @@ TEST_CASE("the best pair is fitted with every near law of its instrument, not on
     Plant truth = nominal;
     truth.sensors[0].path.lag.cutoff_hz = 30 + 30 * random.uniform();
     truth.sensors[0].path.lag.damping_ratio = 0.8;
-    truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.08}});
+    truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.08, 0.1, 1, 1}});
     RecordSet set = in_motion(truth, 600);
     for (auto& record : set.records)
       for (Index i = 0; i < record.signal.y.rows(); ++i)
@@ -482,7 +482,7 @@ TEST_CASE("a second effect is not looked for again beside first ones that are as
   };
   Plant truth = nominal;
   truth.elements[0].laws.push_back({find_law("coulomb_friction"), {40, 40, 0.1, 0.005}});
-  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.15}});
+  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.15, 0.1, 1, 1}});
   const RecordSet set = in_motion(truth, 600);
   Evidence evidence = diagnose(nominal, set, few, solvers, {}, 851).evidence;
   evidence.pairs.clear();

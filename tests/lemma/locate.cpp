@@ -90,7 +90,7 @@ TEST_CASE("Lemma 3: a force missing between two masses, at the tyre or in a sens
   const Plant nominal = plant_from(quarter_car_text);
   {
     Plant truth = nominal;
-    truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.3}});
+    truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.3, 0.1, 1, 1}});
     const std::vector<PlaceLeftover> places = places_of(nominal, truth);
     REQUIRE(places.size() >= 5);
     CHECK(places[0].location == "suspension"_at);
@@ -118,7 +118,7 @@ TEST_CASE("a law that is missing in an element is found there where a sensor rea
   Plant nominal = plant_from(quarter_car_text);
   nominal.sensors.push_back({"cell", SensorKind::force, "", "", "N", {}, "suspension"});
   Plant truth = nominal;
-  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.3}});
+  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.3, 0.1, 1, 1}});
   const std::vector<PlaceLeftover> places = places_of(nominal, truth);
   CHECK(places[0].location == "suspension"_at);
   CHECK(places[0].leftover < 3);
@@ -213,7 +213,7 @@ TEST_CASE("without any catalogue one fault is an unknown at its place, two are a
   CHECK(one.evidence.places_needed == 1);
   CHECK(one.evidence.place_pairs.empty());
   CHECK(one.verdict.named == std::vector<EffectAt>{"unknown@sensor:travel"_effect});
-  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.4}});
+  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.4, 0.1, 1, 1}});
   const Diagnosis two = without_catalogue(nominal, truth);
   CHECK(is<AtTwoPlaces>(two.verdict));
   CHECK(two.evidence.places_needed == 2);

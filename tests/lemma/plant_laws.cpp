@@ -72,11 +72,22 @@ TEST_CASE("dampers keep the sign of the velocity, and each family bends the way 
   double extra = 0;
   REQUIRE(correction.force(0, -0.5, extra));
   CHECK(extra == Approx(soft - linear));
-  const Law asymmetric{.kind = find_law("asymmetric_damper"), .values = {1000, 0.3}};
+  const Law asymmetric{.kind = find_law("asymmetric_damper"), .values = {1000, 0.3, 0.1, 1, 1}};
   REQUIRE(asymmetric.force(0, 0.2, rebound));
   REQUIRE(asymmetric.force(0, -0.2, jounce));
   CHECK(rebound == Approx(60));  // growing travel is damped more
   CHECK(jounce == Approx(60));   // shrinking less
+  // Valves that open: one slope far below the knee and another far beyond it, each way its own.
+  const Law valves{.kind = find_law("asymmetric_damper"), .values = {1000, 0.3, 0.1, 0.25, 1}};
+  REQUIRE(valves.force(0, 0.01, f));
+  CHECK(f == Approx(0.3 * 1000 * 0.01).epsilon(1e-4));
+  double far = 0, farther = 0;
+  REQUIRE(valves.force(0, 2, far));
+  REQUIRE(valves.force(0, 3, farther));
+  CHECK(farther - far == Approx(1300 * 0.25 - 1000).epsilon(1e-4));
+  CHECK(far == Approx(1300 * (0.1 + 0.25 * (2 - 0.1)) - 1000 * 2).epsilon(1e-4));
+  REQUIRE(valves.force(0, -0.2, jounce));
+  CHECK(jounce == Approx(60));
   // A sharp knee leaves the damper alone below it, a rounded one bends from standstill on.
   const Law sharp{.kind = find_law("digressive_damper"), .values = {1000, 0.1, 0, 8}};
   REQUIRE(sharp.force(0, 0.05, f));

@@ -47,7 +47,7 @@ TEST_CASE("players that add the same share equally, one that adds nothing has 0,
 TEST_CASE("the shares of two effects in a plant make up the closure, whichever was found first") {
   const Plant nominal = plant_from(one_mass_text);
   Plant truth = nominal;
-  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {4, 0.3}});
+  truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {4, 0.3, 0.1, 1, 1}});
   set_parameter(truth, "sensor:a.gain", 1.06);
   RecordSet set;
   set.sampling_hz = 250;

@@ -69,3 +69,22 @@ TEST_CASE("a tone that no drive has is told with its channel and frequency, the 
   const Left drift(random.normal(1, 5 * kSamples), slow + random.normal(3, kSamples));
   CHECK_FALSE(tone_of(drift.fit, drift.records).seen);
 }
+
+TEST_CASE("a multiple of the tone that drives is told as one, whatever else the drive has") {
+  Random random = numbers(6442);
+  for (int trial = 0; trial < 20; ++trial) {
+    const double drive_hz = 2 + 3 * random.uniform(), phase = 6 * random.uniform(), offset = 4 * random.normal();
+    const int times = 2 + static_cast<int>(3 * random.uniform());
+    CAPTURE(drive_hz, times);
+    const Matrix drive = (sine(drive_hz, 5 * kSamples, 500, phase).array() + offset).matrix();
+    const auto error_at = [&](double frequency_hz) {
+      return Matrix(2 * sine(frequency_hz, kSamples, 100, phase).replicate(3, 1) + random.normal(3, kSamples));
+    };
+    const Left multiple(drive, error_at(times * drive_hz)), between(drive, error_at((times + 0.5) * drive_hz));
+    const Left broad(random.normal(1, 5 * kSamples), error_at(times * drive_hz + 4));
+    CHECK(tone_of(multiple.fit, multiple.records).seen);
+    CHECK(tone_of(multiple.fit, multiple.records).multiple == times);
+    CHECK(tone_of(between.fit, between.records).multiple == 0);
+    CHECK(tone_of(broad.fit, broad.records).multiple == 0);
+  }
+}

@@ -117,7 +117,7 @@ TEST_CASE("the plant's own states explain a law that is missing, whatever its fo
   Random random = numbers(833);
   const Matrix drive = 0.004 * smooth(1, 1, random);
   Plant missing = nominal;
-  missing.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.4}});
+  missing.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, 0.4, 0.1, 1, 1}});
   const Run own(nominal, missing, drive, 0.01);
   CHECK(explained_by_states(own.fit, own.records, "suspension"_at) > 0.7);
 

@@ -37,6 +37,8 @@ inline std::vector<std::vector<Law>> groups() {
     list.push_back({law_from(text)});
   for (const char* text :
        {R"({"law": "asymmetric_damper", "damping_ns_per_m": 1500, "asymmetry": -0.6})",
+        R"({"law": "asymmetric_damper", "damping_ns_per_m": 1500, "asymmetry": 0.4, "knee_velocity_m_per_s": 0.2,
+            "rebound_ratio": 0.3, "jounce_ratio": 1.6})",
         R"({"law": "digressive_damper", "damping_ns_per_m": 1500, "knee_velocity_m_per_s": 0.1, "exponent": 0.2})",
         R"({"law": "digressive_damper", "damping_ns_per_m": 1500, "knee_velocity_m_per_s": 0.1, "exponent": 2})",
         R"({"law": "digressive_damper", "damping_ns_per_m": 1500, "knee_velocity_m_per_s": 0.2, "exponent": 0.1,

@@ -1,6 +1,6 @@
 /// \file
-/// A tone in what a plant leaves of its records: hum of the mains, a pump or a wheel out of balance. No law of a plant
-/// makes one out of a drive that does not have it.
+/// A tone in what a plant leaves of its records: hum of the mains, a pump or a wheel out of balance. A law of a plant
+/// makes one out of a drive that does not have it only as a multiple of the drive's own tone.
 #pragma once
 
 #include <string>
@@ -16,6 +16,8 @@ struct Tone {
   std::string channel;
   double frequency_hz = 0;
   double share = 0;  ///< of the squared error of the channel, its mean left out
+  int multiple =
+      0;  ///< how many times the frequency of a drive that is one tone itself; 0: no such drive, or no multiple
 };
 
 /// The tone that makes most of the error of a channel in the longest record: five lines of a spectrum under a Hann
