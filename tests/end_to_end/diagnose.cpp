@@ -153,6 +153,36 @@ TEST_CASE("an asymmetric damper is named at its element, closes the gap, and the
   CHECK(get_parameter(corrected, "suspension.asymmetric_damper.asymmetry") == Approx(0.25).epsilon(0.1));
 }
 
+TEST_CASE("valves that open each way in their own manner are one damper's law, and no load or offset beside it",
+          "[slow]") {
+  Random random(2803, Stream::parameters);
+  for (int trial = 0; trial < 3; ++trial) {
+    const Folder folder;
+    const Plant nominal = plant_from(quarter_car_text);
+    Plant truth = nominal;
+    // Of the form that is fitted, and as the sum of two laws that are not.
+    const double knee = 0.06 + 0.1 * random.uniform(), asymmetry = 0.2 + 0.2 * random.uniform();
+    const double rebound = 0.3 + 0.3 * random.uniform();
+    CAPTURE(trial, knee, asymmetry, rebound);
+    if (trial < 2) {
+      const double jounce = trial == 0 ? 1 : 0.4;
+      truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, asymmetry, knee, rebound, jounce}});
+    } else {
+      truth.elements[0].laws.push_back({find_law("asymmetric_damper"), {850, asymmetry, knee, 1, 1}});
+      truth.elements[0].laws.push_back({find_law("digressive_damper"), {850, knee, 0.6, 3}});
+    }
+    measure(folder, nominal, truth, 0.01);
+    std::string out;
+    const Json d = diagnosis(folder, out);
+    CAPTURE(out);
+    const Json& named = d.at("which").at("named");
+    REQUIRE_FALSE(named.empty());
+    CHECK(named[0] == "damper_asymmetry@suspension");
+    for (const Json& name : named) CHECK_THAT(name.get<std::string>(), Contains("damper_") && Contains("@suspension"));
+    CHECK(d.at("how_far").at("closure").get<double>() > 0.97);
+  }
+}
+
 TEST_CASE("where nothing is missing no effect is named, and a wrong parameter is named as one", "[slow]") {
   const Plant nominal = plant_from(quarter_car_text);
   std::string out;
