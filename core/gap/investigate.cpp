@@ -321,6 +321,7 @@ std::unique_ptr<Investigation> investigate(const Setting& setting, Base base, co
   };
   if ((little() || far_from_noise()) && add_by_force(search, evidence.places, found->singles))
     judge(setting, changes, *found);
+  if (little() && add_at_masses(search, evidence.places, found->singles)) judge(setting, changes, *found);
   if (little() && add_less_expected(search, setting.floor.colour, bent ? home : nullptr, found->singles))
     judge(setting, changes, *found);
   if (!bent && farthest(retuned.fit, tolerances.size()) > options.thresholds.out_of_tolerance &&

@@ -147,6 +147,11 @@ bool add_less_expected(const Search& search, double colour, const PlantFit* arou
 /// @param singles, return as above
 bool add_by_force(const Search& search, const std::vector<PlaceLeftover>& places, Candidates& singles);
 
+/// Fits what may hang on a mass, where an unknown force on it leaves least: every such candidate from its own sizes. A
+/// mass on a spring near a resonance of the plant splits that in two, and no linear step leads there.
+/// @param places, singles, return as above   Cost: a quick fit for each frequency at which a mode may lie.
+bool add_at_masses(const Search& search, const std::vector<PlaceLeftover>& places, Candidates& singles);
+
 /// Fits other laws that make the force of an answer's elements, see `screen_rivals`: an answer is named beside those
 /// that it can be mistaken for.
 /// @param answer a fit with effects   @param singles, return as above

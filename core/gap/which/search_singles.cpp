@@ -224,6 +224,26 @@ bool add_by_force(const Search& search, const std::vector<PlaceLeftover>& places
   return add_singles(search, std::move(more), singles);
 }
 
+bool add_at_masses(const Search& search, const std::vector<PlaceLeftover>& places, Candidates& singles) {
+  const PlantFit& base = search.retuned.fit;
+  Operation operation;
+  if (places.empty() || !operation_of(base.plant, search.study.data.fitted, base.initial_states, operation))
+    return false;
+  const std::vector<Place> entries = entries_of(places.front());
+  const auto enters = [&](const Mass& mass, const Place& location) {
+    return location == part_place(mass.name) &&
+           std::find(entries.begin(), entries.end(), guide_place(mass.name)) != entries.end();
+  };
+  const std::vector<EffectCandidate> candidates = search.study.candidates(base.plant, operation);
+  std::vector<Screened> shortlist;
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (candidates[i].refines.empty() &&
+        std::any_of(base.plant.masses.begin(), base.plant.masses.end(),
+                    [&](const Mass& mass) { return enters(mass, candidates[i].location); }))
+      shortlist.push_back({.candidate = i, .strength = 1, .retuning = {}});
+  return add_singles(search, fit_shortlist(search.study, search.retuned, candidates, shortlist), singles);
+}
+
 bool add_rivals(const Search& search, const Hypothesis& answer, Candidates& singles) {
   std::vector<Place> asked;
   std::vector<Hypothesis> more;
