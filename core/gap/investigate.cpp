@@ -321,7 +321,13 @@ std::unique_ptr<Investigation> investigate(const Setting& setting, Base base, co
   };
   if ((little() || far_from_noise()) && add_by_force(search, evidence.places, found->singles))
     judge(setting, changes, *found);
-  if (little() && add_at_masses(search, evidence.places, found->singles)) judge(setting, changes, *found);
+  const auto hangs_on_a_mass = [&] {
+    const Place& location = answer_of(*found)->effects.back().location;
+    return std::any_of(home->plant.masses.begin(), home->plant.masses.end(),
+                       [&](const Mass& mass) { return location == part_place(mass.name); });
+  };
+  if ((little() || (far_from_noise() && hangs_on_a_mass())) && add_at_masses(search, evidence.places, found->singles))
+    judge(setting, changes, *found);
   if (little() && add_less_expected(search, setting.floor.colour, bent ? home : nullptr, found->singles))
     judge(setting, changes, *found);
   if (!bent && farthest(retuned.fit, tolerances.size()) > options.thresholds.out_of_tolerance &&

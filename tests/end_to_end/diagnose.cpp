@@ -1,10 +1,12 @@
 // `diagnose` on records of known plants: the right effect at the right place, no name where nothing is missing.
+#include <fmt/format.h>
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
 #include <filesystem>
+#include <numbers>
 #include <set>
 
 #include "core/base/random.hpp"
@@ -179,6 +181,46 @@ TEST_CASE("valves that open each way in their own manner are one damper's law, a
     REQUIRE_FALSE(named.empty());
     CHECK(named[0] == "damper_asymmetry@suspension");
     for (const Json& name : named) CHECK_THAT(name.get<std::string>(), Contains("damper_") && Contains("@suspension"));
+    CHECK(d.at("how_far").at("closure").get<double>() > 0.97);
+  }
+}
+
+TEST_CASE("a mass on a spring that splits a resonance of a tower is found at the floor it hangs on", "[slow]") {
+  Random random(2804, Stream::parameters);
+  for (int trial = 0; trial < 2; ++trial) {
+    const Folder folder;
+    // Four floors on a shaken base, of which two are measured; the tank hangs on one that is not.
+    std::string masses, elements, below = "ground";
+    for (const char* floor : {"f1", "f2", "f3", "f4"}) {
+      masses +=
+          fmt::format(R"({}{{"name": "{}", "mass_kg": 10, "tolerance": 0.03}})", masses.empty() ? "" : ", ", floor);
+      elements += fmt::format(
+          R"({}{{"name": "c_{}", "between": ["{}", "{}"], "laws": [
+              {{"law": "linear_spring", "stiffness_n_per_m": {}, "tolerance": 0.1}},
+              {{"law": "viscous_damper", "damping_ns_per_m": 45, "tolerance": 0.3}}]}})",
+          elements.empty() ? "" : ", ", floor, below, floor, 45000 + 5000 * random.uniform());
+      below = floor;
+    }
+    const Plant nominal = plant_from(fmt::format(
+        R"({{"name": "tower", "masses": [{}], "inputs": [{{"name": "table", "kind": "acceleration", "unit": "m/s^2",
+             "hold_hz": 1000}}], "elements": [{}], "sensors": [
+             {{"name": "a2", "kind": "acceleration", "of": "f2", "unit": "m/s^2"}},
+             {{"name": "a4", "kind": "acceleration", "of": "f4", "unit": "m/s^2"}}]}})",
+        masses, elements));
+    Plant truth = nominal;
+    const double mass_kg = 1 + 0.5 * random.uniform(), omega = 2 * std::numbers::pi * (3.7 + 0.4 * random.uniform());
+    CAPTURE(trial, mass_kg, omega);
+    truth.masses.push_back({"tank", mass_kg});
+    truth.elements.push_back({"straps",
+                              "f3",
+                              "tank",
+                              {{find_law("linear_spring"), {mass_kg * omega * omega}},
+                               {find_law("viscous_damper"), {0.06 * mass_kg * omega}}}});
+    measure(folder, nominal, truth, 0.005, 0, 1, 2);
+    std::string out;
+    const Json d = diagnosis(folder, out);
+    CAPTURE(out);
+    CHECK(d.at("which").at("named") == Json::array({"added_mode@f3"}));
     CHECK(d.at("how_far").at("closure").get<double>() > 0.97);
   }
 }

@@ -147,9 +147,10 @@ bool add_less_expected(const Search& search, double colour, const PlantFit* arou
 /// @param singles, return as above
 bool add_by_force(const Search& search, const std::vector<PlaceLeftover>& places, Candidates& singles);
 
-/// Fits what may hang on a mass, where an unknown force on it leaves least: every such candidate from its own sizes. A
-/// mass on a spring near a resonance of the plant splits that in two, and no linear step leads there.
-/// @param places, singles, return as above   Cost: a quick fit for each frequency at which a mode may lie.
+/// Fits what may hang on the masses at which an unknown force leaves least: every such candidate from its own sizes,
+/// in the re-tuned plant and in the plant as delivered. A mass on a spring near a resonance splits that in two, which
+/// bends the re-tuned plant far, and no linear step leads there.
+/// @param places, singles, return as above   Cost: two quick fits for each mass and frequency at which a mode may lie.
 bool add_at_masses(const Search& search, const std::vector<PlaceLeftover>& places, Candidates& singles);
 
 /// Fits other laws that make the force of an answer's elements, see `screen_rivals`: an answer is named beside those

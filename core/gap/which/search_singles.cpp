@@ -229,18 +229,22 @@ bool add_at_masses(const Search& search, const std::vector<PlaceLeftover>& place
   Operation operation;
   if (places.empty() || !operation_of(base.plant, search.study.data.fitted, base.initial_states, operation))
     return false;
-  const std::vector<Place> entries = entries_of(places.front());
-  const auto enters = [&](const Mass& mass, const Place& location) {
-    return location == part_place(mass.name) &&
-           std::find(entries.begin(), entries.end(), guide_place(mass.name)) != entries.end();
-  };
+  const auto most = static_cast<std::size_t>(search.effort.places_by_force);
+  std::vector<Place> hosts;
+  for (const PlaceLeftover& own : places) {
+    const std::vector<Place> entries = entries_of(own);
+    for (const Mass& mass : base.plant.masses)
+      if (hosts.size() < most && std::find(entries.begin(), entries.end(), guide_place(mass.name)) != entries.end())
+        hosts.push_back(part_place(mass.name));
+  }
   const std::vector<EffectCandidate> candidates = search.study.candidates(base.plant, operation);
   std::vector<Screened> shortlist;
-  for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (candidates[i].refines.empty() &&
-        std::any_of(base.plant.masses.begin(), base.plant.masses.end(),
-                    [&](const Mass& mass) { return enters(mass, candidates[i].location); }))
-      shortlist.push_back({.candidate = i, .strength = 1, .retuning = {}});
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (!candidates[i].refines.empty() || std::find(hosts.begin(), hosts.end(), candidates[i].location) == hosts.end())
+      continue;
+    shortlist.push_back({.candidate = i, .strength = 1, .retuning = Vector::Zero(base.theta.size())});
+    shortlist.push_back({.candidate = i, .strength = 1, .retuning = -base.theta});  // the plant as delivered
+  }
   return add_singles(search, fit_shortlist(search.study, search.retuned, candidates, shortlist), singles);
 }
 
