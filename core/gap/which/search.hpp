@@ -24,7 +24,7 @@ struct SearchEffort {
   double large_gap = 1;       ///< beside a corrected instrument, from which a gap without a name is worth those others
   double beyond_noise = 2;    ///< misfit of the best fit, from which all is fitted once more with residuals expected
                               ///< of that size
-  Index places_by_force = 4;  ///< places at which the unknown force is asked what law it is
+  Index places_by_force = 4;  ///< places at which the unknown force is asked what law it is, or what hangs on a mass
   Index sized_by_force = 6;   ///< laws whose sizes are fitted to it
   Index fits_by_force = 3;    ///< quick fits of the whole plant with those that make most of it
   double made_by_law = 0.5;   ///< share of it that a law makes, from which it is fitted
