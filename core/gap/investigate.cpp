@@ -326,7 +326,9 @@ std::unique_ptr<Investigation> investigate(const Setting& setting, Base base, co
     return std::any_of(home->plant.masses.begin(), home->plant.masses.end(),
                        [&](const Mass& mass) { return location == part_place(mass.name); });
   };
-  if ((little() || (far_from_noise() && hangs_on_a_mass())) && add_at_masses(search, evidence.places, found->singles))
+  // A small gap is seen by the linear screen; parameters that are bent and explain all leave a mode nothing to do.
+  if (gap_left(evidence) > options.effort.large_gap && (little() || (far_from_noise() && hangs_on_a_mass())) &&
+      add_at_masses(search, evidence.places, found->singles))
     judge(setting, changes, *found);
   if (little() && add_less_expected(search, setting.floor.colour, bent ? home : nullptr, found->singles))
     judge(setting, changes, *found);
