@@ -41,7 +41,8 @@ Index strongest_line(const Vector& power) {
 }
 
 /// How many times the tone of a drive a line is; 0 where the drive is no tone, or the line no multiple of it. The
-/// centre of either is known to half a line.
+/// centre of either is taken to be known to half a line, a judgement: a record with few periods of the drive tells no
+/// multiples.
 int multiple_of_drive(const Vector& drive, double centre) {
   Vector moving = drive;
   moving.head(kSlowest).setZero();

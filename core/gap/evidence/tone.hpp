@@ -16,8 +16,7 @@ struct Tone {
   std::string channel;
   double frequency_hz = 0;
   double share = 0;  ///< of the squared error of the channel, its mean left out
-  int multiple =
-      0;  ///< how many times the frequency of a drive that is one tone itself; 0: no such drive, or no multiple
+  int multiple = 0;  ///< how many times the frequency of a drive that is one tone; 0: no such drive, or no multiple
 };
 
 /// The tone that makes most of the error of a channel in the longest record: five lines of a spectrum under a Hann

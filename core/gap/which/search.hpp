@@ -21,7 +21,8 @@ struct SearchEffort {
   Index fits = 10;            ///< quick fits of singles
   double leaves_much = 0.06;  ///< of the gap that the best of these leaves, from which others are fitted that the
                               ///< screen expects less of: as `worth_second`
-  double large_gap = 1;       ///< beside a corrected instrument, from which a gap without a name is worth those others
+  double large_gap = 1;       ///< reduced chi-square - 1 of the re-tuned plant, from which a gap without a name is
+                              ///< worth those others beside a corrected instrument, and modes on masses
   double beyond_noise = 2;    ///< misfit of the best fit, from which all is fitted once more with residuals expected
                               ///< of that size
   Index places_by_force = 4;  ///< places at which the unknown force is asked what law it is, or what hangs on a mass
